@@ -9,6 +9,7 @@
 
 #include "acquisition/calibration/lens_files/lens_files.h"
 #include "core/base/atomic_file.h"
+#include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/geometry/camera_json.h"
@@ -23,8 +24,7 @@ std::string ReadText(const std::filesystem::path& path) {
     throw Error("{}: there is no such calibration file; check the path, or calibrate (ulf calibrate)",
                 path.string());
   const std::string text = ReadWholeFile(path);
-  // Windows begins text with a byte order mark.
-  return text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text;
+  return text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : text;
 }
 
 // Returns the words of a line of numbers; none: something else stands there.

@@ -1,4 +1,4 @@
-// Reads parts of binary files, and numbers in them of either byte order.
+// Reads files byte by byte: parts of them, numbers of either byte order, the mark before text.
 #pragma once
 
 #include <cstddef>
@@ -17,6 +17,16 @@ inline std::string BytesAt(std::istream& file, std::uint64_t at, std::size_t cou
   file.read(bytes.data(), static_cast<std::streamsize>(count));
   bytes.resize(static_cast<std::size_t>(file.gcount()));
   return bytes;
+}
+
+// Windows begins text with this mark.
+inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+// Goes to the beginning of a file, behind the mark if there is one.
+inline void SkipByteOrderMark(std::istream& file) {
+  const bool is_marked = BytesAt(file, 0, kByteOrderMark.size()) == kByteOrderMark;
+  file.clear();
+  file.seekg(is_marked ? static_cast<std::streamoff>(kByteOrderMark.size()) : 0);
 }
 
 // These return the unsigned number that all of `bytes` encode; there are at most eight.

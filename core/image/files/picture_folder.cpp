@@ -22,9 +22,9 @@ namespace fs = std::filesystem;
 // Recognises what people, cameras and programs keep beside photographs.
 bool IsKeptBeside(const fs::path& file) {
   static const std::set<std::string> kEndings = {
-      ".txt", ".md",  ".json", ".jsonl", ".xmp", ".xml", ".csv", ".tsv", ".yaml", ".yml", ".ini",
-      ".cfg", ".log", ".db",   ".aae",   ".thm", ".pp3", ".dop", ".cos", ".gpx",  ".mrk", ".nmea",
-      ".url", ".pdf", ".html", ".htm",   ".npy", ".npz", ".ply", ".obj", ".mtl",  ".bin", ".out"};
+      ".txt",  ".md",  ".json", ".jsonl", ".xmp", ".xml", ".csv", ".tsv", ".yaml", ".yml",  ".ini", ".cfg",
+      ".log",  ".db",  ".aae",  ".thm",   ".pp3", ".dop", ".cos", ".gpx", ".mrk",  ".nmea", ".url", ".pdf",
+      ".html", ".htm", ".npy",  ".npz",   ".ply", ".obj", ".mtl", ".bin", ".out",  ".nvm",  ".sfm", ".lst"};
   return kEndings.contains(Lowercase(file.extension().string()));
 }
 

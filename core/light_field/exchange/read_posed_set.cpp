@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -166,10 +167,51 @@ void RequireOnePoseEach(const fs::path& source, LightField& light_field) {
     std::erase_if(point.track, [&](const ViewObservation& seen) { return !ids.contains(seen.view_id); });
 }
 
+// Returns the folders with a set, of the nearest level below `source` that has some, in the order of their
+// names.
+std::vector<fs::path> FoldersOfSetsBelow(const fs::path& source) {
+  constexpr int kMostLevels = 3;
+  constexpr std::size_t kMostFolders = 1000;  // looked at: a set may lie in somebody's whole disk
+  std::vector<fs::path> level{source};
+  for (int i = 0; i < kMostLevels; ++i) {
+    std::vector<fs::path> below, found;
+    std::error_code unknown;
+    for (const fs::path& folder : level)
+      for (const auto& entry : fs::directory_iterator(folder, unknown))
+        if (entry.is_directory(unknown) && !entry.path().filename().string().starts_with('.') &&
+            below.size() < kMostFolders)
+          below.push_back(entry.path());
+    std::ranges::sort(below);
+    std::ranges::copy_if(below, std::back_inserter(found),
+                         [](const fs::path& folder) { return !FormatsIn(folder).empty(); });
+    if (!found.empty()) return found;
+    level = std::move(below);
+  }
+  return {};
+}
+
+// Returns the only folder below with a set, or `source` itself.
+fs::path FolderOfSet(const fs::path& source) {
+  std::error_code unknown;
+  if (!fs::is_directory(source, unknown) || !FormatsIn(source).empty()) return source;
+  const std::vector<fs::path> below = FoldersOfSetsBelow(source);
+  if (below.size() < 2) return below.empty() ? source : below.front();
+  std::vector<std::string> sets;
+  for (const fs::path& folder : below)
+    sets.push_back(fmt::format("{} ({})", folder.string(), Name(FormatsIn(folder).front())));
+  constexpr std::size_t kMostNamed = 5;
+  const std::size_t unnamed = sets.size() - std::min(kMostNamed, sets.size());
+  sets.resize(sets.size() - unnamed);
+  throw Error("{}: holds no set itself, and several lie below it: {}{}; give the folder of one",
+              source.string(), fmt::join(sets, ", "),
+              unnamed > 0 ? fmt::format(" and {} more", unnamed) : "");
+}
+
 }  // namespace
 
-PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& asked, const fs::path& images,
+PosedSet ReadPosedSet(const fs::path& given, const std::optional<SetFormat>& asked, const fs::path& images,
                       const std::optional<CameraModel>& camera) {
+  const fs::path source = FolderOfSet(given);
   const std::vector<SetFormat> formats = FormatsIn(source);
   if (asked && std::ranges::find(formats, *asked) == formats.end())
     throw Error("{}: holds no set in the format {}; {}", source.string(), Name(*asked),
@@ -180,6 +222,9 @@ PosedSet ReadPosedSet(const fs::path& source, const std::optional<SetFormat>& as
   RequireOneSourceOfIntrinsics(format, source, camera.has_value());
   PosedSet set = ReadAs(format, PlaceOf(format, source), images, camera);
   RequireOnePoseEach(source, set.light_field);
+  if (source != given)
+    set.light_field.doubts.push_back(
+        fmt::format("{}: holds no set itself: the one in {} is read", given.string(), source.string()));
   if (asked) return set;
   for (const SetFormat other : formats)
     if (other != format)

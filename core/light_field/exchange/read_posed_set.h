@@ -9,7 +9,8 @@
 
 namespace ulf {
 
-// `format` is by default the first of FormatsIn(), with a doubt that names the others. `images` is the folder
+// `source` is a file or the folder of a set, or a folder with one below, at most three levels down. `format`
+// is by default the first of FormatsIn(), with a doubt that names the others. `images` is the folder
 // of the photographs, searched for if empty. `camera` must be given for formats without intrinsics (TUM), and
 // for no other; otherwise Refusal is thrown. Throws Error for a source without such a set, with the way to
 // use videos and plain photographs, for a photograph with two different poses, and what the readers throw.

@@ -12,6 +12,7 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/geometry/byte_stream.h"
+#include "core/light_field/formats/text_file.h"
 
 namespace ulf {
 namespace {
@@ -75,11 +76,11 @@ class ColmapRigBytes {
 
 class ColmapRigRows {
  public:
-  explicit ColmapRigRows(const fs::path& file) : path_(file), file_(OpenRegularFile(file)) {}
+  explicit ColmapRigRows(const fs::path& file) : path_(file), file_(OpenTextFile(file)) {}
   bool Next() {
     for (std::string line; std::getline(file_, line);) {
       ++number_;
-      if (line.starts_with('#') || line.find_first_not_of(" \t\r") == std::string::npos) continue;
+      if (IsEmptyOrComment(line)) continue;
       row_ = std::istringstream(line);
       return true;
     }

@@ -18,6 +18,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/light_field/formats/colmap_rigs.h"
+#include "core/light_field/formats/text_file.h"
 #include "core/light_field/formats/view_json.h"
 #include "core/light_field/journal_stamp.h"
 
@@ -47,20 +48,19 @@ void AppendPoints(const std::vector<ColmapReconstruction::Point2d>& points, std:
               images_txt.string(), number);
 }
 
-// Calls `comment` with each line that begins with '#', and `image` with each image, the line of its points
+// Calls `comment` with each line that is empty or a comment, and `use` with each image, the line of its points
 // and its line's number.
 void ForEachImage(
     const std::filesystem::path& images_txt, const std::function<void(const std::string&)>& comment,
     const std::function<void(std::uint32_t, ColmapPoses::Image&&, const std::string&, int)>& use) {
-  std::ifstream file = OpenRegularFile(images_txt);
+  std::ifstream file = OpenTextFile(images_txt);
   int number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;
-    if (line.starts_with('#')) {
+    if (IsEmptyOrComment(line)) {
       comment(line);
       continue;
     }
-    if (line.find_first_not_of(" \r") == std::string::npos) continue;
     std::istringstream row(line);
     std::uint32_t id = 0;
     double w = 0, x = 0, y = 0, z = 0;
@@ -81,7 +81,7 @@ void ForEachImage(
 // A row has X Y POINT3D_ID for each point; a comment in its place stands for none, as in COLMAP's manual.
 std::vector<ColmapReconstruction::Point2d> Points2dOf(const std::string& line, const std::string& where) {
   std::vector<ColmapReconstruction::Point2d> points;
-  if (line.starts_with('#')) return points;
+  if (IsEmptyOrComment(line)) return points;
   const char* at = line.c_str();
   const auto skip = [&] {
     while (*at == ' ' || *at == '\r' || *at == '\t') ++at;
@@ -111,11 +111,11 @@ std::vector<ColmapReconstruction::Point2d> Points2dOf(const std::string& line, c
 // Calls `use` with each line that is neither empty nor a comment, and its place.
 void ForEachRow(const std::filesystem::path& path,
                 const std::function<void(std::istringstream&, const std::string&)>& use) {
-  std::ifstream file = OpenRegularFile(path);
+  std::ifstream file = OpenTextFile(path);
   int number = 0;
   for (std::string line; std::getline(file, line);) {
     ++number;
-    if (line.starts_with('#') || line.find_first_not_of(" \r") == std::string::npos) continue;
+    if (IsEmptyOrComment(line)) continue;
     std::istringstream row(line);
     use(row, fmt::format("{}, line {}", path.string(), number));
   }

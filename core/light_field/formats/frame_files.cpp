@@ -117,7 +117,7 @@ void MissingPhotographs::Tell(const FrameFiles& files, std::size_t there, bool a
                               std::vector<std::string>& doubts) const {
   if (count_ == 0) return;
   const std::string folder = (files.images ? files.images->folder() : files.root).string();
-  if (there == 0 && files.may_be_poses_alone) {
+  if (files.may_be_poses_alone) {
     doubts.push_back(fmt::format("{}: {} without their photographs left out: poses to be rendered", file_,
                                  Counted(count_, "frame")));
     return;

@@ -23,7 +23,7 @@ std::string PathInside(const std::filesystem::path& root, const std::string& rel
 struct FrameFiles {
   bool are_read = true;                  // if false, paths are taken as they are written
   bool are_poses_wanted = false;         // and nothing else: views keep their order, cameras may lack a size
-  bool may_be_poses_alone = false;       // none of the photographs may exist
+  bool may_be_poses_alone = false;       // any or all of the photographs may be missing
   std::filesystem::path root = {};       // the folder that frames' paths are relative to
   std::optional<SetImages> images = {};  // if set, the photographs' folder instead of `root`
   // If not empty, the set is copied: photographs may be resized, which scales their cameras, and may lie
@@ -56,8 +56,8 @@ class MissingPhotographs {
   }
   bool none() const { return count_ == 0; }
   // Says in `doubts` how many frames are left out. Throws Error with their number and the first of them
-  // if they are more than the `there` that are not, or if none may be missing (`all_needed`: a light
-  // field of ulf).
+  // if they are more than the `there` that are not, unless any may be missing, or if none may be missing
+  // (`all_needed`: a light field of ulf).
   void Tell(const FrameFiles& files, std::size_t there, bool all_needed,
             std::vector<std::string>& doubts) const;
 

@@ -132,6 +132,7 @@ std::string ImagesRemedy() { return fmt::format("say where they lie with {} FOLD
 SetImages::SetImages(const fs::path& base, const fs::path& chosen, const std::vector<fs::path>& folders) {
   if (!chosen.empty()) {
     folder_ = chosen;
+    if (chosen == kNoPhotographs) return;
     names_ = PhotographsIn(chosen);
     if (names_.empty() && !HoldsPhotographsBelow(chosen))
       throw Error("{} {}: holds no photographs; give the folder in which they lie", Parameter("images"),
@@ -161,9 +162,39 @@ const std::vector<std::string>& SetImages::NamesBelow(const fs::path& folder) co
   return found->second;
 }
 
+void SetImages::Reserve(const std::vector<std::string>& names) {
+  struct Fit {
+    int folders = -1;  // that path and name have in common
+    std::set<std::string> names;
+  };
+  std::map<std::string, Fit> fits;
+  reserved_.clear();
+  for (const std::string& name : names) {
+    const std::string path = FindByEnd(name);
+    if (path.empty()) continue;
+    const int folders = CommonEnd(path, Slashed(name));
+    Fit& fit = fits[path];
+    if (folders > fit.folders) fit = {folders, {}};
+    if (folders == fit.folders) fit.names.insert(name);
+  }
+  for (const auto& [path, fit] : fits) reserved_[path] = fit.names;
+}
+
+bool SetImages::IsReservedForAnother(const std::string& path, const std::string& name) const {
+  const auto found = reserved_.find(path);
+  return found != reserved_.end() && !found->second.contains(name);
+}
+
 std::string SetImages::Find(const std::string& name) const {
+  if (folder_ == kNoPhotographs) return Slashed(name);
   std::string found = FindByEnd(name);
   return found.empty() ? FindBelow(name) : found;
+}
+
+bool IsInAnotherFolder(const std::string& path, const std::string& name) {
+  const std::string slashed = Slashed(name);
+  return fs::path(path).has_parent_path() && fs::path(slashed).has_parent_path() &&
+         CommonEnd(path, slashed) == 0;
 }
 
 std::string SetImages::FindBelow(const std::string& name) const {
@@ -175,7 +206,8 @@ std::string SetImages::FindBelow(const std::string& name) const {
     int most = std::numeric_limits<int>::min();
     for (auto each = begin; each != end; ++each) {
       const std::string& there = each->second;
-      if (!is_meant(fs::path(there).filename().string(), wanted)) continue;
+      if (!is_meant(fs::path(there).filename().string(), wanted) || IsReservedForAnother(there, name))
+        continue;
       const int alike = 2 * CommonEnd(there, path) - (IsReducedCopy(there) ? 1 : 0);
       if (alike == most) other = there;
       if (alike > most) most = alike, best = there, other.clear();
@@ -195,23 +227,37 @@ std::string SetImages::FindByEnd(const std::string& name) const {
     // Most names match as they are: no folder needs to be read for these.
     std::error_code unknown;
     for (const fs::path& end : ends)
-      if (fs::is_regular_file(folder_ / end, unknown)) return end.generic_string();
+      if (fs::is_regular_file(folder_ / end, unknown) && !IsReservedForAnother(end.generic_string(), name))
+        return end.generic_string();
     for (const IsMeant& is_meant : kWaysToMean)
       for (const fs::path& end : ends) {
         const std::vector<std::string>& there = NamesBelow(end.parent_path());
         const std::string wanted = end.filename().string();
-        const auto found =
-            std::ranges::find_if(there, [&](const std::string& one) { return is_meant(one, wanted); });
+        const auto found = std::ranges::find_if(there, [&](const std::string& one) {
+          return is_meant(one, wanted) &&
+                 !IsReservedForAnother((end.parent_path() / one).generic_string(), name);
+        });
         if (found != there.end()) return (end.parent_path() / *found).generic_string();
       }
   }
   return {};
 }
 
+std::string SetImages::FileOfAnyCase(const fs::path& file) const {
+  std::error_code unknown;
+  if (fs::is_regular_file(folder_ / file, unknown)) return file.generic_string();
+  const auto [there, is_new] = files_there_.try_emplace(file.parent_path());
+  if (is_new)
+    for (const auto& entry : fs::directory_iterator(folder_ / file.parent_path(), unknown))
+      if (entry.is_regular_file(unknown))
+        there->second.emplace(Lowercase(entry.path().filename().string()), entry.path().filename());
+  const auto found = there->second.find(Lowercase(file.filename().string()));
+  return found == there->second.end() ? "" : (file.parent_path() / found->second).generic_string();
+}
+
 std::string SetImages::MaskOf(const std::string& name) const {
   const fs::path image(name);
   const fs::path stem = image.parent_path() / image.stem();
-  std::error_code unknown;
   // Beside images_4 nerfstudio has masks_4.
   const std::string of_images = folder_.filename().string();
   const std::string reduced =
@@ -219,21 +265,25 @@ std::string SetImages::MaskOf(const std::string& name) const {
   for (const std::string& folder : {reduced, std::string("../masks/"), std::string("masks/")})
     for (const std::string& mask :
          {name + ".png", stem.generic_string() + ".png", stem.generic_string() + "_mask.png"})
-      if (fs::is_regular_file(folder_ / (folder + mask), unknown)) return folder + mask;
+      if (std::string found = FileOfAnyCase(folder + mask); !found.empty()) return found;
   for (const std::string& mask : {name + ".mask.png", stem.generic_string() + ".mask.png"})
-    if (fs::is_regular_file(folder_ / mask, unknown)) return mask;
+    if (std::string found = FileOfAnyCase(mask); !found.empty()) return found;
   return {};
 }
 
 std::string DynamicMaskOf(const fs::path& root, const std::string& image_path) {
   const fs::path image(image_path);
-  const fs::path mask = image.parent_path() / ("dynamic_mask_" + image.stem().string() + ".png");
   std::error_code unknown;
-  return fs::is_regular_file(root / mask, unknown) ? mask.generic_string() : "";
+  for (const char* ending : {".png", ".PNG"})
+    if (const fs::path mask = image.parent_path() / ("dynamic_mask_" + image.stem().string() + ending);
+        fs::is_regular_file(root / mask, unknown))
+      return mask.generic_string();
+  return {};
 }
 
 CameraModel AtSizeOf(const fs::path& image, const CameraModel& camera, const std::string& where,
                      std::vector<std::string>& doubts) {
+  if (image.string().starts_with(kNoPhotographs.string())) return camera;
   // A raw file has some pixels more than the JPEG that was posed, and is cropped.
   if (IsRawFile(image) && CanCropRaw(ReadRawFacts(image.string()), {camera.width, camera.height}))
     return camera;
@@ -265,6 +315,10 @@ View& AddView(const std::string& image_path, const CameraModel& camera, const Ri
   view.id = static_cast<int>(light_field.views.size());
   view.image_path = image_path;
   view.mask_path = images.MaskOf(image_path);
+  if (view.mask_path.empty()) {
+    view.mask_path = DynamicMaskOf(images.folder(), image_path);
+    view.mask_marks_unused = !view.mask_path.empty();
+  }
   view.camera = IndexOfCamera(camera, light_field.cameras);
   view.cam_from_world = cam_from_world;
   return view;

@@ -9,6 +9,7 @@
 #include <map>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,10 @@ struct PosedSet {
   bool counts_unposed = false;  // `doubts` says how many photographs beside the views have no pose
 };
 
+// Stands for the folder of a set's photographs where its poses are wanted alone: SetImages then finds every
+// photograph under the name that it has in the set, and AtSizeOf() leaves its camera.
+inline const std::filesystem::path kNoPhotographs = "/dev/null";
+
 // Finds the photographs of a set that names them without their folder.
 class SetImages {
  public:
@@ -41,6 +46,9 @@ class SetImages {
   const std::filesystem::path& folder() const { return folder_; }
   // Returns all photographs in the folder itself, without its subfolders, in NameOrder().
   const std::vector<std::string>& names() const { return names_; }
+  // Says how the set names its photographs. Find() then leaves each photograph to the names that fit its path
+  // best: right/1.jpg is not taken for left/1.jpg, which is missing, nor images/1.png for masks/1.png.
+  void Reserve(const std::vector<std::string>& names);
   // Returns the photograph of this name in the folder, relative to it, or "". Tries the whole name, then the
   // name without its first folders; then with an ending added, in upper or lower case, and with another
   // ending; then all folders below, of which the one whose path ends most like `name` is taken. Throws Error
@@ -49,19 +57,28 @@ class SetImages {
   // Does so without looking into folders that `name` does not end with.
   std::string FindByEnd(const std::string& name) const;
   // Returns masks/NAME.png, masks/STEM.png or masks/STEM_mask.png beside the folder (beside images_4 in
-  // masks_4 first) or in it, or NAME.mask.png or STEM.mask.png in it, relative to it; empty if there is none.
-  // Instant-ngp's masks are found by DynamicMaskOf().
+  // masks_4 first) or in it, or NAME.mask.png or STEM.mask.png in it, in upper or lower case, relative to it;
+  // empty if there is none.
   std::string MaskOf(const std::string& name) const;
 
  private:
   const std::vector<std::string>& NamesBelow(const std::filesystem::path& folder) const;
   std::string FindBelow(const std::string& name) const;
+  std::string FileOfAnyCase(const std::filesystem::path& file) const;
+  bool IsReservedForAnother(const std::string& path, const std::string& name) const;
 
   std::filesystem::path folder_;
   std::vector<std::string> names_;
+  std::map<std::string, std::set<std::string>> reserved_;  // the names that fit a photograph best, by path
   mutable std::map<std::filesystem::path, std::vector<std::string>> names_below_;  // cache, filled on demand
   mutable std::optional<std::multimap<std::string, std::string>> all_below_;       // the same; paths by name
+  // The same: by folder, the names of files by these in lower case.
+  mutable std::map<std::filesystem::path, std::map<std::string, std::filesystem::path>> files_there_;
 };
+
+// Returns whether both the photograph that was found and the name that it has in the set have folders, of
+// which the last differ.
+bool IsInAnotherFolder(const std::string& path, const std::string& name);
 
 // Returns dynamic_mask_STEM.png beside the photograph, whose pixels that are not black are not to be used
 // (instant-ngp), or "" if there is none. Both paths are relative to `root`.
@@ -80,7 +97,8 @@ CameraModel AtSizeOf(const std::filesystem::path& image, const CameraModel& came
 // Adds the camera to `cameras` unless an equal one is there; returns its index.
 int IndexOfCamera(const CameraModel& camera, std::vector<CameraModel>& cameras);
 
-// Adds a view of this photograph (relative to the folder of `images`), with its mask, under the next id.
+// Adds a view of this photograph (relative to the folder of `images`), with its mask (MaskOf() or
+// DynamicMaskOf()), under the next id.
 View& AddView(const std::string& image_path, const CameraModel& camera, const Rigid3& cam_from_world,
               const SetImages& images, LightField& light_field);
 

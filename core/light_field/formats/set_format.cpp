@@ -28,7 +28,9 @@ std::string BeginningOf(const fs::path& file) {
   constexpr std::size_t kEnough = 4096;
   if (std::error_code unknown; !fs::is_regular_file(file, unknown)) return {};
   std::ifstream stream(file, std::ios::binary);
-  return BytesAt(stream, 0, kEnough);
+  std::string text = BytesAt(stream, 0, kEnough);
+  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
+  return text;
 }
 
 bool IsMetashapeFile(const fs::path& file) {
@@ -42,15 +44,22 @@ bool IsRealityScanFile(const fs::path& file) {
          BeginningOf(file).find("capturingreality") != std::string::npos;
 }
 
+// Returns the beginning of a table in lower case, without blanks and quotation marks.
+std::string Titles(const fs::path& file) {
+  std::string text = Lowercase(BeginningOf(file));
+  std::erase_if(text, [](char c) { return c == ' ' || c == '\t' || c == '"'; });
+  return text;
+}
+
 // RealityScan's csv with poses and lenses. Its other tables begin with "#name", too.
 bool IsRealityScanTable(const fs::path& file) {
   if (Lowercase(file.extension().string()) != ".csv") return false;
-  const std::string text = BeginningOf(file);
+  const std::string text = Titles(file);
   return text.find("#name,") != std::string::npos && text.find(",heading,pitch,roll,f") != std::string::npos;
 }
 bool IsAnyRealityScanTable(const fs::path& file) {
   return Lowercase(file.extension().string()) == ".csv" &&
-         BeginningOf(file).find("#name,x,y,") != std::string::npos;
+         Titles(file).find("#name,x,y,") != std::string::npos;
 }
 
 // Returns the beginning of a JSON file; "" for other endings.
@@ -73,8 +82,9 @@ bool IsMeshroomFile(const fs::path& file) {
 
 bool IsOpenSfmFile(const fs::path& file) {
   const std::string text = BeginningOfJson(file);
-  return BeginsWith(text, '[') && (text.find("\"projection_type\"") != std::string::npos ||
-                                   text.find("\"shots\"") != std::string::npos);
+  return BeginsWith(text, '[') &&
+         (text.find("\"projection_type\"") != std::string::npos ||
+          text.find("\"shots\"") != std::string::npos || text.find("\"coordinates\"") != std::string::npos);
 }
 
 bool IsOpenMvgFile(const fs::path& file) {
@@ -82,7 +92,8 @@ bool IsOpenMvgFile(const fs::path& file) {
 }
 
 bool IsVisualSfmFile(const fs::path& file) {
-  return Lowercase(file.extension().string()) == ".nvm" && BeginningOf(file).starts_with("NVM_V");
+  return Lowercase(file.extension().string()) == ".nvm" &&
+         BeginningOf(file).find("NVM_V") != std::string::npos;
 }
 
 bool IsGaussianFile(const fs::path& file) {

@@ -8,6 +8,8 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
 
 #include "core/base/atomic_file.h"
 #include "core/base/counted.h"
@@ -18,8 +20,10 @@
 #include "core/base/shell_word.h"
 #include "core/geometry/camera_json.h"
 #include "core/image/files/image_header.h"
+#include "core/light_field/formats/fitted_lens.h"
 #include "core/light_field/formats/frame_files.h"
 #include "core/light_field/formats/transforms_camera.h"
+#include "core/light_field/formats/transforms_keys.h"
 #include "core/light_field/formats/view_json.h"
 #include "core/light_field/journal_stamp.h"
 #include "core/light_field/light_field.h"
@@ -79,9 +83,19 @@ bool IsOfTwoPoses(const JsonPlace& frame) {
   return !is_ours && frame.Has("transform_matrix_start") && frame.Has("transform_matrix_end");
 }
 
+// Returns the camera axes of the set's matrices in OpenGL's. Two loaders that read the same keys otherwise
+// take OpenGL's: instant-ngp takes x left, y up, z forward where Mitsuba's arguments are, NeuS2 OpenCV's
+// where `from_na` is set.
+Eigen::Vector4d AxesInOpenGl(const JsonPlace& set) {
+  const auto is_set = [&](const char* key) { return set.Has(key) && !IsOff(set.Raw(key)); };
+  if (set.Has("normal_mts_args")) return {-1, 1, -1, 1};
+  return is_set("from_na") ? Eigen::Vector4d(1, -1, -1, 1) : Eigen::Vector4d::Ones();
+}
+
 Rigid3 CamFromWorld(const JsonPlace& frame, const JsonPlace& set, PoseRotations& rotations) {
   const auto pose = [&](const char* key) {
-    return CamFromOpenGl(WorldFromCam(frame, key), frame.where, key, rotations);
+    return CamFromOpenGl(WorldFromCam(frame, key) * AxesInOpenGl(set).asDiagonal(), frame.where, key,
+                         rotations);
   };
   if (!IsOfTwoPoses(frame))
     return pose(frame.Has("transform_matrix_start") && !frame.Has("transform_matrix")
@@ -120,60 +134,22 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
   if (ours.Has("reasons")) light_field.reasons = ReasonsFromJson(ours.Inside("reasons"));
 }
 
-template <std::size_t N>
-bool Among(const std::string_view (&keys)[N], const std::string& key) {
-  return std::ranges::find(keys, key) != std::end(keys);
-}
-
-// These keys are read, or only trainers need them; all others are reported as not used.
-constexpr std::string_view kSetKeys[] = {"frames",
-                                         "ulf",
-                                         "ply_file_path",
-                                         "aabb_scale",
-                                         "scale",
-                                         "offset",
-                                         "up",
-                                         "from_na",
-                                         "enable_depth_loading",
-                                         "n_extra_learnable_dims",
-                                         "render_aabb",
-                                         "train_filenames",
-                                         "val_filenames",
-                                         "test_filenames",
-                                         "orientation_override",
-                                         "auto_scale_poses_override",
-                                         "applied_transform",
-                                         "applied_scale",
-                                         "name",
-                                         "rolling_shutter",
-                                         "aabb",
-                                         "sharpen",
-                                         "importance_sampling",
-                                         "enable_ray_loading",
-                                         "integer_depth_scale",
-                                         "sharpness_discard_threshold"};
-constexpr std::string_view kFrameKeys[] = {"file_path",
-                                           "transform_matrix",
-                                           "transform_matrix_start",
-                                           "transform_matrix_end",
-                                           "rolling_shutter",
-                                           "mask_path",
-                                           "ulf",
-                                           "sharpness",
-                                           "colmap_im_id",
-                                           "rotation"};
-
 // Parses the set's values without its frames, then each frame, so that one of them is in memory at a time.
 class Document {
  public:
   explicit Document(const fs::path& file) : file_(file) {
-    top_ = Parse([](json&&, std::size_t) {});
+    top_ = Parse([&](json&& frame, std::size_t) {
+      if (frame.is_object() && frame.contains("file_path") && frame["file_path"].is_string())
+        names_.push_back(frame["file_path"].get<std::string>());
+    });
     if (!top_.is_object()) throw Error("{}: expected an object with the key 'frames'", file.string());
     if (!top_.contains("frames"))
       throw Error("{}: the key 'frames' is missing; add it or export the set again", file.string());
     if (!top_["frames"].is_array()) throw Error("{}: 'frames' must be a list", file.string());
   }
   const json& top() const { return top_; }
+  // Returns how the frames name their photographs.
+  const std::vector<std::string>& names() const { return names_; }
   void ForEachFrame(const std::function<void(json&&, std::size_t)>& use) const { Parse(use); }
 
  private:
@@ -192,7 +168,8 @@ class Document {
       return false;
     };
     try {
-      return json::parse(stream, keep);
+      constexpr bool kThrow = true, kWithComments = true;  // as instant-ngp reads them
+      return json::parse(stream, keep, kThrow, kWithComments);
     } catch (const json::exception& error) {
       if (Lowercase(file_.extension().string()) != ".json")
         throw Error(
@@ -218,6 +195,7 @@ class Document {
 
   fs::path file_;
   json top_;
+  std::vector<std::string> names_;
 };
 
 // Returns the number in an image's name; none if there is none, or it is too large for an id.
@@ -276,6 +254,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
   std::optional<CameraModel> shared_camera;
   MissingPhotographs missing(file.string());
   PoseRotations rotations;
+  FittedLenses fitted;
   std::size_t moving = 0;
   const ToldOnFailure told(light_field.doubts);
   std::map<std::string, std::size_t> unused;
@@ -300,7 +279,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
                   "taken to have been as large as those of {}",
                   file.string(), Parameter("images")),
               light_field.doubts);
-    const CameraModel camera = ReadCamera(place, measured.empty() ? image : measured);
+    const CameraModel camera = ReadCamera(place, measured.empty() ? image : measured, &fitted);
     if (own_keys.empty()) shared_camera = camera;
     return camera;
   };
@@ -336,11 +315,12 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
   document.ForEachFrame(add);
   missing.Tell(files, light_field.views.size(), StampFrom(top) && !files.is_copied(), light_field.doubts);
   rotations.Tell(file.string(), light_field.doubts);
+  fitted.Note(light_field.doubts);
   if (moving > 0)
     light_field.doubts.push_back(
         fmt::format("{}: of {} that moved meanwhile, the pose in the middle of the picture is taken",
                     file.string(), Counted(moving, "frame")));
-  if (files.are_read && light_field.views.empty() && missing.none())
+  if (files.are_read && light_field.views.empty() && missing.none() && !files.may_be_poses_alone)
     throw Error("{}: 'frames' is empty; there is nothing to render", file.string());
   std::ranges::stable_sort(light_field.views, [](const View& a, const View& b) { return a.id < b.id; });
   for (std::size_t i = 1; i < light_field.views.size(); ++i)
@@ -353,7 +333,7 @@ LightField ReadFrames(const Document& document, const fs::path& file, const Fram
     if (light_field.cameras.size() == 1) NoteCalibrationSource(ours, 0, light_field);
   }
   for (const auto& [key, value] : document.top().items())
-    if (!Among(kSetKeys, key) && !IsCameraKey(key))
+    if (!Among(kTransformsKeys, key) && !IsCameraKey(key))
       light_field.doubts.push_back(fmt::format("{}: '{}' is not used", file.string(), key));
   for (const auto& [key, count] : unused)
     light_field.doubts.push_back(
@@ -385,8 +365,16 @@ json OurKeys(const LightField& light_field) {
   return ours;
 }
 
-LightField ReadDocument(const fs::path& file, const FrameFiles& files) {
+// `others` are files of the same set, whose photographs are not this one's.
+LightField ReadDocument(const fs::path& file, FrameFiles files, std::span<const fs::path> others = {}) {
   const Document document(file);
+  std::vector<std::string> names = document.names();
+  for (const fs::path& other : others) {
+    const Document of_others(other);
+    names.insert(names.end(), of_others.names().begin(), of_others.names().end());
+  }
+  if (files.images) files.images->Reserve(names);
+  for (SetImages& folder : files.around) folder.Reserve(names);
   LightField light_field = ReadFrames(document, file, files);
   const JsonPlace top{document.top(), file.string()};
   ReadPointsOf(top, files, light_field);
@@ -415,11 +403,12 @@ Rigid3 CamFromOpenGl(const Eigen::Matrix4d& world_from_cam, const std::string& w
 
 LightField ReadTransformsJson(const fs::path& file) { return ReadDocument(file, {.root = FolderOf(file)}); }
 
-LightField ReadTransformsSet(const fs::path& file, const fs::path& images, bool may_be_poses_alone) {
+LightField ReadTransformsSet(const fs::path& file, const fs::path& images, bool may_be_poses_alone,
+                             std::span<const fs::path> others) {
   FrameFiles files{.may_be_poses_alone = may_be_poses_alone, .root = FolderOf(file)};
   files.around = {SetImages(files.root), SetImages(files.root / "..")};
   if (!images.empty()) files.images.emplace(files.root, images, std::vector<fs::path>());
-  return ReadDocument(file, files);
+  return ReadDocument(file, std::move(files), others);
 }
 
 LightField ReadTransformsPoses(const fs::path& file) {

@@ -5,12 +5,14 @@
 // Intrinsics are at the top level or in every frame (transforms_camera.h). "mask_path" of frames, the masks
 // of instant-ngp (dynamic_mask_STEM.png beside a photograph) and "ply_file_path" of the set are read too.
 // Poses during a rolling shutter ("transform_matrix_start" and "_end") become the one in the middle of the
-// picture. LightField::doubts names other keys, unless they concern training.
+// picture. Sets for NeuS2 ("from_na") and of Mitsuba ("normal_mts_args") have other camera axes.
+// LightField::doubts names other keys, unless they concern training.
 #pragma once
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "core/light_field/formats/posed_set.h"
@@ -31,10 +33,12 @@ LightField ReadTransformsJson(const std::filesystem::path& file);
 // Does the same for a set by another program that is to be copied: cameras are scaled to photographs that
 // were resized (AtSizeOf), and photographs may lie outside its folder and are searched by their names in it.
 // If `images` is not empty, photographs are searched there by name (SetImages::Find); the light field's paths
-// are then relative to it, and masters and exposures under "ulf" are ignored. With `may_be_poses_alone` a
-// file of which no photograph exists has no views.
+// are then relative to it, and masters and exposures under "ulf" are ignored. With `may_be_poses_alone`
+// any or all of the photographs may be missing. The photographs of `others`, files of the same set, are
+// not taken for this one's.
 LightField ReadTransformsSet(const std::filesystem::path& file, const std::filesystem::path& images = {},
-                             bool may_be_poses_alone = false);
+                             bool may_be_poses_alone = false,
+                             std::span<const std::filesystem::path> others = {});
 
 // Reads the file only, not the images and points that it names; they need not exist. A frame without an id
 // under "ulf" gets the number in its image's name, else its position in the list, from 1.

@@ -16,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/image/files/picture_file.h"
+#include "core/light_field/formats/text_file.h"
 #include "core/light_field/formats/view_json.h"
 #include "core/light_field/points/ply_reader.h"
 
@@ -32,7 +33,7 @@ class BundleWords {
   explicit BundleWords(const fs::path& file) : name_(file.string()) {
     std::error_code unknown;
     if (fs::is_directory(file, unknown)) throw Error("{}: is a folder; give the bundle file in it", name_);
-    stream_ = OpenRegularFile(file);
+    stream_ = OpenTextFile(file);
     for (int c = Take(); c != '\n' && c != kEnd; c = Take())
       if (word_.size() < kMostInWord) word_ += static_cast<char>(c);
     if (!word_.starts_with(kBundleTitle))
@@ -179,7 +180,7 @@ fs::path FindBundleList(const fs::path& bundle_out) {
 
 BundleList ReadBundleList(const fs::path& bundle_out) {
   BundleList list{FindBundleList(bundle_out), {}};
-  std::ifstream stream = OpenRegularFile(list.file);
+  std::ifstream stream = OpenTextFile(list.file);
   for (std::string row; std::getline(stream, row);)
     if (row.find_first_not_of(" \t\r") != std::string::npos) list.names.push_back(NameOfBundleRow(row));
   return list;
@@ -206,17 +207,24 @@ fs::path CommonFolder(const std::vector<std::string>& names) {
 class BundlePhotographs {
  public:
   BundlePhotographs(const BundleList& list, const fs::path& chosen)
-      : common_(CommonFolder(list.names)), images_(list.file.parent_path(), chosen, Folders(common_)) {}
+      : common_(CommonFolder(list.names)), images_(list.file.parent_path(), chosen, Folders(common_)) {
+    std::vector<std::string> inside;
+    for (const std::string& name : list.names) inside.push_back(Inside(name));
+    images_.Reserve(inside);
+  }
 
   const SetImages& images() const { return images_; }
   std::string Find(const std::string& name) const {
-    const std::string inside = fs::path(name).lexically_normal().lexically_relative(common_).generic_string();
-    if (!common_.empty())
-      if (std::string found = images_.Find(inside); !found.empty()) return found;
-    return images_.Find(name);
+    std::string found = images_.Find(Inside(name));
+    return found.empty() && !common_.empty() ? images_.Find(name) : found;
   }
 
  private:
+  // Returns the name without the folder that all share.
+  std::string Inside(const std::string& name) const {
+    return common_.empty() ? name
+                           : fs::path(name).lexically_normal().lexically_relative(common_).generic_string();
+  }
   static std::vector<fs::path> Folders(const fs::path& common) {
     std::vector<fs::path> folders;
     if (!common.empty()) folders = {common, ".." / common};

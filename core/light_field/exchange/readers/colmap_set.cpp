@@ -17,6 +17,7 @@
 #include "core/base/name_order.h"
 #include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/set_format.h"
+#include "core/light_field/formats/text_file.h"
 
 namespace ulf {
 namespace {
@@ -69,7 +70,8 @@ std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& mo
   std::vector<fs::path> folders, others;
   bool is_distorted = false, is_above = false;
   // Searches from the model's own folder up to the one around its layout, at least up to the given one.
-  for (fs::path around = inner;; around = around.parent_path()) {
+  fs::path around = inner;
+  for (;; around = around.parent_path()) {
     // gaussian-splatting's convert.py keeps in input what distorted/sparse was measured in.
     if (is_distorted) folders.push_back(around / "input");
     for (const char* name : {"images", "images_2", "images_4", "images_8", "input", "photos"})
@@ -89,6 +91,10 @@ std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& mo
            !holds_some(folder);
   });
   if (others.size() == 1) folders.push_back(others.front());
+  // Around outputs/sfm of hloc, for example.
+  for (const char* above : {"..", "../..", "../images", "../../images"})
+    if (const fs::path folder = (around / above).lexically_normal(); holds_some(folder))
+      folders.push_back(folder);
   std::ranges::stable_partition(folders, holds_some);
   folders.push_back(given);
   return folders;
@@ -129,7 +135,7 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
                                    const SetImages& images, std::vector<std::string>& doubts) {
   const ModelCameras cameras(model, model_folder);
   std::vector<TakenImage> taken;
-  std::vector<std::string> missing;
+  std::vector<std::string> missing, elsewhere;
   for (const ColmapReconstruction::Image& image : model.images) {
     const std::string where = WhereOf(model_folder, image);
     const CameraModel& camera = cameras.Of(image, where);
@@ -138,6 +144,7 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
       missing.push_back(image.name);
       continue;
     }
+    if (IsInAnotherFolder(path, image.name)) elsewhere.push_back(fmt::format("{} for {}", path, image.name));
     const CameraModel own = AtSizeOf(images.folder() / path, camera, where, doubts);
     taken.push_back(
         {&image,
@@ -149,6 +156,10 @@ std::vector<TakenImage> TakeImages(const ColmapReconstruction& model, const fs::
     throw Error("{}: none of its {} is in {} ({} is the first); {}", model_folder.string(),
                 Counted(model.images.size(), "photograph"), images.folder().string(),
                 missing.empty() ? "there is none" : missing.front(), ImagesRemedy());
+  if (!elsewhere.empty())
+    doubts.push_back(fmt::format("{} taken from other folders than the model names: {}{}",
+                                 Counted(elsewhere.size(), "photograph"), elsewhere.front(),
+                                 elsewhere.size() > 1 ? ", ..." : ""));
   if (!missing.empty())
     doubts.push_back(fmt::format("{} of the model {} not in {} and left out, {} the first",
                                  Counted(missing.size(), "photograph"), missing.size() == 1 ? "is" : "are",
@@ -181,6 +192,7 @@ fs::path LargestModel(const std::vector<fs::path>& models, std::vector<std::stri
 void SayUnposed(const SetImages& images, const std::vector<TakenImage>& taken, PosedSet& set) {
   std::set<std::string> posed;
   for (const TakenImage& each : taken) posed.insert(each.path);
+  for (const View& view : set.light_field.views) posed.insert(view.mask_path);
   std::vector<std::string> left_out;
   for (const std::string& name : images.names())
     if (!posed.contains(name)) left_out.push_back(name);
@@ -271,10 +283,9 @@ std::uint64_t ImagesOfColmapModel(const fs::path& folder) {
     return bytes.size() == sizeof(std::uint64_t) ? LittleEndian(bytes) : 0;
   }
   if (!HoldsModel(folder, "txt")) return 0;
-  std::ifstream stream = OpenRegularFile(folder / "images.txt");
+  std::ifstream stream = OpenTextFile(folder / "images.txt");
   std::uint64_t lines = 0;
-  for (std::string line; std::getline(stream, line);)
-    lines += lines % 2 == 1 || !(line.starts_with('#') || line.find_first_not_of(" \r") == std::string::npos);
+  for (std::string line; std::getline(stream, line);) lines += lines % 2 == 1 || !IsEmptyOrComment(line);
   return (lines + 1) / 2;  // the last image may lack its line of points
 }
 
@@ -284,7 +295,10 @@ PosedSet ReadColmapSet(const fs::path& source, const fs::path& chosen) {
   const ToldOnFailure told(light_field.doubts);
   const auto [folder, is_binary, model] = ReadModelIn(source, light_field.doubts);
   set.format = is_binary ? "COLMAP, binary" : "COLMAP, text";
-  const SetImages images(source, chosen, ImagesFoldersOf(source, folder, model));
+  SetImages images(source, chosen, ImagesFoldersOf(source, folder, model));
+  std::vector<std::string> names;
+  for (const ColmapReconstruction::Image& image : model.images) names.push_back(image.name);
+  images.Reserve(names);
   light_field.root = images.folder();
   const std::vector<TakenImage> taken = TakeImages(model, folder, images, light_field.doubts);
   for (const TakenImage& each : taken)

@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/light_field/exchange/readers/set_readers.h"
 #include "core/light_field/exchange/readers/timed_views.h"
+#include "core/light_field/formats/text_file.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf {
@@ -114,7 +115,7 @@ CameraModel CameraOfSensor(const SensorYaml& sensor) {
 // Calls `use` with the fields of each row that is not a comment, and its number.
 template <typename Use>
 void ForEachCsvRow(const fs::path& csv, const Use& use) {
-  std::ifstream stream = OpenRegularFile(csv);
+  std::ifstream stream = OpenTextFile(csv);
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
     line.erase(line.find_last_not_of(" \t\r") + 1);

@@ -68,7 +68,8 @@ PosedSet ReadGaussianSplattingSet(const fs::path& file, const fs::path& chosen) 
   const fs::path base = fs::absolute(file).lexically_normal().parent_path();
   std::vector<fs::path> folders = FoldersOfNames(base, names);
   if (const auto of_training = FolderOfTraining(base)) folders.insert(folders.begin(), *of_training);
-  const SetImages images(base, chosen, folders);
+  SetImages images(base, chosen, folders);
+  images.Reserve(names);
 
   NamedViews named(file, images, set);
   for (std::size_t i = 0; i < cameras.size(); ++i) {

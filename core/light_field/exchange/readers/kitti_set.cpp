@@ -14,6 +14,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/readers/named_views.h"
 #include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/formats/text_file.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf {
@@ -36,7 +37,7 @@ KittiMatrix KittiNumbers(const std::string& text, const std::string& where) {
 
 // Returns the projection of a camera (0 to 3) from the first camera's frame to its pixels.
 KittiMatrix ProjectionOf(const fs::path& calib, int camera) {
-  std::ifstream stream = OpenRegularFile(calib);
+  std::ifstream stream = OpenTextFile(calib);
   const std::string key = fmt::format("P{}:", camera);
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number)
@@ -103,7 +104,7 @@ PosedSet ReadKittiSet(const fs::path& folder, const fs::path& chosen) {
   LightField& light_field = set.light_field;
   light_field.units = "metres";
   std::vector<Rigid3> first_from_world;
-  std::ifstream stream = OpenRegularFile(poses_file);
+  std::ifstream stream = OpenTextFile(poses_file);
   for (std::string line; std::getline(stream, line);) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     const std::string where = fmt::format("{}, line {}", poses_file.string(), first_from_world.size() + 1);

@@ -12,10 +12,10 @@
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
 #include "core/base/lowercase.h"
-#include "core/light_field/exchange/readers/fitted_lens.h"
 #include "core/light_field/exchange/readers/json_entries.h"
 #include "core/light_field/exchange/readers/named_views.h"
 #include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/formats/fitted_lens.h"
 #include "core/light_field/points/ply_reader.h"
 #include "core/light_field/points/point_tracks.h"
 
@@ -294,7 +294,8 @@ PosedSet ReadMeshroomSet(const fs::path& file, const fs::path& chosen) {
   std::vector<std::string> names;
   for (const JsonPlace& view : views) names.push_back(view.Text("path", ""));
   const fs::path base = fs::absolute(file).lexically_normal().parent_path();
-  const SetImages images(base, chosen, FoldersOfNames(base, names));
+  SetImages images(base, chosen, FoldersOfNames(base, names));
+  images.Reserve(names);
   std::map<std::string, JsonPlace> intrinsics;
   for (const JsonPlace& intrinsic : SfmList(top, "intrinsics"))
     intrinsics.emplace(SfmId(intrinsic, "intrinsicId"), intrinsic);

@@ -13,7 +13,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/geometry/similarity3.h"
-#include "core/light_field/exchange/readers/fitted_lens.h"
+#include "core/light_field/formats/fitted_lens.h"
 #include "core/light_field/formats/xml_file.h"
 
 namespace ulf {
@@ -276,28 +276,34 @@ Rigid3 CamFromWorldIn(const std::optional<Similarity3>& world_from_chunk, const 
 
 // ---- Chunks ----
 
-// Returns the first with cameras that have a pose.
+std::size_t PosedCamerasOf(const XmlElement& chunk) {
+  const auto by_id = CamerasById(chunk);
+  return static_cast<std::size_t>(std::ranges::count_if(CamerasOf(chunk), [&](const XmlElement& camera) {
+    return IsEnabled(camera) && Aligned(camera, by_id);
+  }));
+}
+
+// Returns the one with the most cameras that have a pose, the first of equals.
 XmlElement ChosenChunk(const XmlElement& document, const fs::path& xml, std::vector<std::string>& doubts) {
   const std::vector<XmlElement> chunks =
       document.Name() == "chunk" ? std::vector<XmlElement>{document} : document.Descendants("chunk");
-  std::optional<XmlElement> chosen;
-  std::vector<std::string> others;
-  for (const XmlElement& chunk : chunks)
-    if (!chosen && std::ranges::any_of(CamerasOf(chunk), [](const XmlElement& camera) {
-          return camera.Find("transform") && IsEnabled(camera);
-        }))
-      chosen = chunk;
-    else
-      others.push_back(LabelOf(chunk));
-  if (!chosen)
+  std::vector<std::size_t> cameras;
+  for (const XmlElement& chunk : chunks) cameras.push_back(PosedCamerasOf(chunk));
+  const auto most = std::ranges::max_element(cameras);
+  if (most == cameras.end() || *most == 0)
     throw Error(
         "{}: holds no camera with a pose; align the photographs in Metashape, then File > Export > Export "
         "Cameras as Agisoft XML",
         xml.string());
+  const auto largest = static_cast<std::size_t>(most - cameras.begin());
+  std::vector<std::string> others;
+  for (std::size_t i = 0; i < chunks.size(); ++i)
+    if (i != largest) others.push_back(LabelOf(chunks[i]));
   if (!others.empty())
     doubts.push_back(
-        fmt::format("chunk {} alone is read; left out: {}", LabelOf(*chosen), fmt::join(others, ", ")));
-  return *chosen;
+        fmt::format("chunk {} alone is read, the one with the most posed cameras ({}); left out: {}",
+                    LabelOf(chunks[largest]), *most, fmt::join(others, ", ")));
+  return chunks[largest];
 }
 
 }  // namespace
@@ -309,8 +315,11 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
   LightField& light_field = set.light_field;
   const XmlElement chunk = ChosenChunk(document, xml, light_field.doubts);
   const ChunkComponents components(chunk);
-  const SetImages photographs(fs::absolute(xml).lexically_normal().parent_path(), images,
-                              {"images", "photos", ".", ".."});
+  SetImages photographs(fs::absolute(xml).lexically_normal().parent_path(), images,
+                        {"images", "photos", ".", ".."});
+  std::vector<std::string> labels;
+  for (const XmlElement& camera : CamerasOf(chunk)) labels.push_back(camera.Attribute("label").value_or(""));
+  photographs.Reserve(labels);
   light_field.root = photographs.folder();
 
   std::map<std::string, XmlElement> sensors;

@@ -33,7 +33,8 @@ std::vector<fs::path> FoldersOfNames(const fs::path& base, const std::vector<std
   }
   std::vector<fs::path> folders;
   if (shared) folders.push_back(*shared);
-  folders.insert(folders.end(), {"images", "photos", "input", ".", "../images"});
+  folders.insert(folders.end(),
+                 {"images", "photos", "input", ".", "../images", "../../images", "../../../images"});
   return folders;
 }
 

@@ -14,7 +14,7 @@ namespace ulf {
 
 // Returns where photographs of these names may lie, for SetImages: the folder that those share which exist as
 // they are named (absolute, or relative to `base`); then images, photos, input and `base` itself, and images
-// beside it. Names from Windows may have `\` between folders.
+// beside it and beside the two folders above. Names from Windows may have `\` between folders.
 std::vector<std::filesystem::path> FoldersOfNames(const std::filesystem::path& base,
                                                   const std::vector<std::string>& names);
 

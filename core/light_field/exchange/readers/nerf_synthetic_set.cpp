@@ -1,6 +1,7 @@
 #include "core/light_field/exchange/readers/set_readers.h"
 
 #include <string>
+#include <vector>
 
 #include "core/light_field/formats/transforms_json.h"
 
@@ -21,11 +22,13 @@ PosedSet ReadNerfSyntheticSet(const std::filesystem::path& folder, const std::fi
   set.background = cv::Vec3d::all(1);
   LightField& all = set.light_field;
   all.root = images.empty() ? folder : images;
-  for (const char* part : kParts) {
-    const std::filesystem::path file = FileOfPart(folder, part);
-    if (!std::filesystem::exists(file)) continue;
+  std::vector<std::filesystem::path> files;
+  for (const char* part : kParts)
+    if (const auto file = FileOfPart(folder, part); std::filesystem::exists(file)) files.push_back(file);
+  for (const std::filesystem::path& file : files) {
     // Programs that write no pictures for testing still write the poses (BlenderNeRF).
-    LightField light_field = ReadTransformsSet(file, images, part != kParts[0]);
+    const bool may_be_poses_alone = file != FileOfPart(folder, kParts[0]);
+    LightField light_field = ReadTransformsSet(file, images, may_be_poses_alone, files);
     for (View& view : light_field.views) {
       view.id = static_cast<int>(all.views.size()) + 1;
       view.camera = IndexOfCamera(light_field.CameraOf(view), all.cameras);

@@ -144,7 +144,8 @@ PosedSet ReadOpenMvgSet(const fs::path& file, const fs::path& chosen) {
     models.emplace(entry.Number("key"), ModelOfMvgIntrinsic(PointedTo(entry), type));
   }
   const fs::path base = fs::absolute(file).lexically_normal().parent_path();
-  const SetImages images(base, chosen, FoldersOfNames(base, names));
+  SetImages images(base, chosen, FoldersOfNames(base, names));
+  images.Reserve(names);
 
   NamedViews named(file, images, set);
   std::map<double, int> view_ids;

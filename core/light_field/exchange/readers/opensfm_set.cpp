@@ -12,10 +12,10 @@
 #include "core/base/error.h"
 #include "core/base/json_fields.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/exchange/readers/fitted_lens.h"
 #include "core/light_field/exchange/readers/json_entries.h"
 #include "core/light_field/exchange/readers/named_views.h"
 #include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/formats/fitted_lens.h"
 
 namespace ulf {
 namespace {
@@ -149,7 +149,8 @@ PosedSet ReadOpenSfmSet(const fs::path& file, const fs::path& chosen) {
   for (const auto& [name, shot] : shots.object.items()) names.push_back(name);
   if (names.empty()) throw Error("{}: has no 'shots'; run 'opensfm reconstruct'", top.where);
   const fs::path base = fs::absolute(file).lexically_normal().parent_path();
-  const SetImages images(base, chosen, FoldersOfNames(base, names));
+  SetImages images(base, chosen, FoldersOfNames(base, names));
+  images.Reserve(names);
 
   NamedViews named(file, images, set);
   FittedLenses fitted;

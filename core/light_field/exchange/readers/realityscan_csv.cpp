@@ -11,10 +11,12 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/base/lowercase.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/exchange/readers/fitted_lens.h"
 #include "core/light_field/exchange/readers/named_views.h"
 #include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/formats/fitted_lens.h"
+#include "core/light_field/formats/text_file.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf {
@@ -43,10 +45,10 @@ std::vector<std::string> CsvCells(std::string line) {
 // The rows of the table; columns are found by their titles.
 class CsvRows {
  public:
-  explicit CsvRows(const fs::path& file) : name_(file.string()), stream_(OpenRegularFile(file)) {
-    while (Next() && cells_.front() != "#name") {
+  explicit CsvRows(const fs::path& file) : name_(file.string()), stream_(OpenTextFile(file)) {
+    while (Next() && Lowercase(cells_.front()) != "#name") {
     }
-    for (std::size_t i = 0; i < cells_.size(); ++i) columns_.emplace(cells_[i], i);
+    for (std::size_t i = 0; i < cells_.size(); ++i) columns_.emplace(Lowercase(cells_[i]), i);
     for (const char* title : {"#name", "x", "y", "alt", "heading", "pitch", "roll", "f"})
       if (!columns_.contains(title))
         throw Error("{}: the first row names no column '{}'; {}", name_, title, kExportAll);
@@ -54,8 +56,7 @@ class CsvRows {
 
   bool Next() {
     for (std::string line; std::getline(stream_, line);) {
-      constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-      if (++number_ == 1 && line.starts_with(kByteOrderMark)) line.erase(0, kByteOrderMark.size());
+      ++number_;
       cells_ = CsvCells(line);
       const bool is_count = cells_.front().starts_with("#cameras");
       if (!is_count && !(cells_.size() == 1 && cells_.front().empty())) return true;
@@ -142,7 +143,8 @@ PosedSet ReadRealityScanCsv(const fs::path& file, const fs::path& chosen) {
   for (CsvRows rows(file); rows.Next();) names.push_back(rows.Name());
   if (names.empty()) throw Error("{}: lists no camera; {}", file.string(), kExportAll);
   const fs::path base = fs::absolute(file).lexically_normal().parent_path();
-  const SetImages images(base, chosen, FoldersOfNames(base, names));
+  SetImages images(base, chosen, FoldersOfNames(base, names));
+  images.Reserve(names);
 
   NamedViews named(file, images, set);
   FittedLenses fitted;

@@ -78,8 +78,8 @@ PosedSet ReadLlffSet(const std::filesystem::path& source, const std::filesystem:
 
 // `images` is the folder of the photographs; if empty, the first with some of them among images and photos
 // beside the file, its folder, and that folder's parent. Photographs are found by the cameras' labels, which
-// often lack the ending. The first chunk with aligned cameras is read; units are metres if a transform gives
-// scale. Left out and named in `doubts` are cameras that were not aligned, are disabled or have no
+// often lack the ending. The chunk with the most aligned cameras is read; units are metres if a transform
+// gives scale. Left out and named in `doubts` are cameras that were not aligned, are disabled or have no
 // photograph; other chunks; and, if a component lacks a transform, all but the largest. Throws Error that
 // names file, line and element for anything invalid or not supported.
 PosedSet ReadMetashapeSet(const std::filesystem::path& xml, const std::filesystem::path& images);

@@ -10,6 +10,7 @@
 #include "core/geometry/trajectory.h"
 #include "core/light_field/exchange/readers/timed_views.h"
 #include "core/light_field/formats/set_format.h"
+#include "core/light_field/formats/text_file.h"
 #include "core/light_field/points/ply_reader.h"
 
 namespace ulf {
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr const char* kBlanks = " \t\r";
 
 std::vector<TimedPhotograph> ReadTumList(const fs::path& file) {
-  std::ifstream stream = OpenRegularFile(file);
+  std::ifstream stream = OpenTextFile(file);
   std::vector<TimedPhotograph> photographs;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {

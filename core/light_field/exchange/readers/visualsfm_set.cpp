@@ -14,9 +14,10 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/image/files/picture_file.h"
-#include "core/light_field/exchange/readers/fitted_lens.h"
 #include "core/light_field/exchange/readers/named_views.h"
 #include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/formats/fitted_lens.h"
+#include "core/light_field/formats/text_file.h"
 #include "core/light_field/points/ply_reader.h"
 #include "core/light_field/points/point_tracks.h"
 
@@ -58,7 +59,7 @@ using NvmFixed = std::optional<std::array<double, 5>>;
 // Reads the file line by line; empty lines and comments are passed over.
 class NvmLines {
  public:
-  explicit NvmLines(const fs::path& file) : name_(file.string()), stream_(OpenRegularFile(file)) {}
+  explicit NvmLines(const fs::path& file) : name_(file.string()), stream_(OpenTextFile(file)) {}
 
   // Returns false at the end.
   bool Next() {
@@ -291,7 +292,8 @@ PosedSet ReadVisualSfmSet(const fs::path& file, const fs::path& chosen) {
     std::ranges::replace(names.back(), '"', ' ');  // how VisualSFM writes a space in a name
   }
   const fs::path base = fs::absolute(file).lexically_normal().parent_path();
-  const SetImages images(base, chosen, FoldersOfNames(base, names));
+  SetImages images(base, chosen, FoldersOfNames(base, names));
+  images.Reserve(names);
 
   NamedViews named(file, images, set);
   FittedLenses fitted;

@@ -225,8 +225,9 @@ TEST_F(BundlerSet, TheListMayLieInManyPlaces) {
   // Beside the folder of the bundle file, with focal lengths, names with spaces, and folders in the names.
   names_ = {"left/a b.png", "left/c.png", "right/c.png", "right/d 0.png"};
   WritePhotographs(scratch_ / "set/images");
-  Write(scratch_ / "set/bundle/bundle.out", Bundle());
-  std::string list;
+  const std::string mark = "\xEF\xBB\xBF";  // of Windows
+  Write(scratch_ / "set/bundle/bundle.out", mark + Bundle());
+  std::string list = mark;
   for (const std::string& name : names_) list += "./images/" + name + " 0 532.25\r\n";
   Write(scratch_ / "set/list.txt", list + "\n");
   const PosedSet found = ReadBundlerSet(scratch_ / "set/bundle/bundle.out", {});

@@ -11,8 +11,10 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/geometry/byte_stream.h"
 #include "core/light_field/exchange/import_light_field.h"
@@ -240,6 +242,95 @@ TEST_P(ColmapModels, OtherFoldersAreFoundByNames) {
   EXPECT_EQ(Read().root.filename(), "rgb");
   fs::copy(set() / "rgb", set() / "left");  // which?
   EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(HasSubstr("with images")));
+}
+
+TEST_P(ColmapModels, AreFoundInFoldersBelow) {
+  for (const char* place : {"sfm", "outputs/sfm_superpoint+superglue", "a/b/sparse/0"}) {
+    Write(model_, set() / place);
+    const LightField read = Read();
+    ExpectOurPoses(read, 6);
+    EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("holds no set itself")));
+    EXPECT_EQ(read.root, set() / "images");
+    ExpectOurPoses(Read(set() / place), 6);
+    fs::remove_all(set() / *fs::path(place).begin());
+  }
+  // Names may count from a folder around all.
+  for (ColmapReconstruction::Image& image : model_.images) image.name = "mapping/" + image.name;
+  fs::rename(set() / "images", set() / "mapping");
+  Write(model_, set() / "outputs/sfm");
+  ExpectOurPoses(Read(), 6);
+  fs::remove_all(set() / "outputs");
+  for (const char* place : {"first/sparse/0", "second/sparse/0"}) Write(model_, set() / place);
+  EXPECT_THAT([&] { Read(); }, ThrowsMessage<Error>(AllOf(HasSubstr("first (colmap), "),
+                                                          HasSubstr("second (colmap); give the folder"))));
+}
+
+// Windows begins text with a mark and ends lines with two characters; people indent.
+TEST_P(ColmapModels, TextByHandOrOfWindowsIsRead) {
+  if (GetParam()) return;
+  Write(model_, set() / "sparse/0");
+  for (const char* file : {"cameras.txt", "images.txt", "points3D.txt"}) {
+    std::string text = "\xEF\xBB\xBF";
+    std::istringstream lines("  # mine\n \t\n" + ReadWholeFile(set() / "sparse/0" / file));
+    for (std::string line; std::getline(lines, line);) text += line + " \t\r\n";
+    std::ofstream(set() / "sparse/0" / file, std::ios::binary) << text;
+  }
+  Write(First(3), set() / "sparse/1");
+  const LightField read = Read(set() / "sparse/0");
+  ExpectOurPoses(read, 6);
+  EXPECT_EQ(read.points.size(), source_.points.size());
+  EXPECT_THAT(Read().doubts, Contains(HasSubstr("sparse/0 with 6 images"))) << "counted without reading it";
+}
+
+// ---- Photographs in a folder for each camera. ----
+
+class ColmapFolders : public ColmapModels {
+ protected:
+  // The photographs left/0.png to left/2.png and right/0.png to right/2.png.
+  ColmapFolders() {
+    for (std::size_t i = 0; i < 6; ++i) {
+      std::string& name = model_.images[i].name;
+      const std::string moved = fmt::format("{}/{}.png", i < 3 ? "left" : "right", i % 3);
+      fs::create_directories((set() / "images" / moved).parent_path());
+      fs::rename(set() / "images" / name, set() / "images" / moved);
+      name = moved;
+    }
+    Write(model_, set() / "sparse/0");
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Formats, ColmapFolders, testing::Bool(),
+                         [](const auto& binary) { return binary.param ? "Binary" : "Text"; });
+
+TEST_P(ColmapFolders, AMissingPhotographIsNotItsNamesake) {
+  ExpectOurPoses(Read(), 6);
+  fs::remove(set() / "images/left/1.png");
+  const LightField read = Read();
+  ASSERT_EQ(read.views.size(), 5u);
+  EXPECT_EQ(read.views[1].image_path, "left/2.png");
+  EXPECT_EQ(read.views[3].image_path, "right/1.png");
+  EXPECT_LT((read.views[3].cam_from_world.Matrix() - source_.views[4].cam_from_world.Matrix()).norm(), 1e-9);
+  EXPECT_THAT(read.doubts, ElementsAre(AllOf(HasSubstr("1 photograph of the model is not in"),
+                                             HasSubstr("left/1.png the first"))));
+}
+
+TEST_P(ColmapFolders, PhotographsOfOtherFoldersAreSaid) {
+  fs::remove_all(set() / "images/right");
+  fs::rename(set() / "images/left", set() / "images/middle");
+  ColmapReconstruction left = First(3);
+  Write(left, set() / "sparse/0");
+  EXPECT_THAT(Read().doubts, Contains(HasSubstr("3 photographs taken from other folders than the model "
+                                                "names: middle/0.png for left/0.png, ...")));
+}
+
+TEST_P(ColmapFolders, MasksAreFoundInAnyCase) {
+  fs::create_directories(set() / "masks/left");
+  cv::imwrite((set() / "masks/left/1.PNG.png").string(), cv::Mat(2, 2, CV_8UC1, 255.0));
+  cv::imwrite((set() / "images/right/dynamic_mask_2.png").string(), cv::Mat(2, 2, CV_8UC1, 0.0));
+  const LightField read = Read();
+  EXPECT_EQ(read.views[1].mask_path, "../masks/left/1.PNG.png");
+  EXPECT_EQ(read.views[5].mask_path, "right/dynamic_mask_2.png");
+  EXPECT_TRUE(read.views[5].mask_marks_unused);
+  EXPECT_EQ(read.views[0].mask_path, "");
 }
 
 // ---- Rigs. ----

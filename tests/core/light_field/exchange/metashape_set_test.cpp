@@ -300,6 +300,17 @@ TEST_F(MetashapeSet, ReportsWhatIsLeftOut) {
   ExpectProjections(read, {});
 }
 
+TEST_F(MetashapeSet, OfSeveralChunksTheLargestIsRead) {
+  const std::string all = ChunkXml("");
+  for (ShapeCamera& camera : cameras_) camera.posed = camera.label == cameras_[0].label;
+  std::string test = ChunkXml("");
+  test.replace(test.find("Chunk 1"), 7, "Test");
+  const LightField read = Read(Document(test + all)).light_field;
+  EXPECT_EQ(read.views.size(), 5u);
+  EXPECT_THAT(read.doubts,
+              ElementsAre(AllOf(HasSubstr("'Chunk 1' alone"), HasSubstr("(5)"), HasSubstr("'Test'"))));
+}
+
 // Another chunk that is left out says nothing of the photographs without a pose.
 TEST_F(MetashapeSet, ListsUnposedPhotographsBesideAChunk) {
   WritePhotograph("extra.jpg", 96, 72);

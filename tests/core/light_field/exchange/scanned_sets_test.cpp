@@ -63,7 +63,7 @@ class GaussianSet : public ScannedSet {
 
 TEST_F(GaussianSet, FindsPhotographsAndPointsOfTheTraining) {
   Draw(scratch_ / "data/vase/images_2", Straight, 0.5);
-  Write("output/1/cameras.json", Cameras());
+  Write("output/1/cameras.json", "\xEF\xBB\xBF" + Cameras());
   Write("output/1/cfg_args",
         "Namespace(data_device='cuda', images='images_2', source_path='../../data/vase', sh_degree=3)");
   Write("output/1/input.ply", PointPlyBytes({{.position_in_world = {1, 2, 3}, .rgb = {9, 8, 7}}}));
@@ -199,6 +199,10 @@ TEST_F(RealityScanTable, PosesAndLensesFitThePictures) {
       scratch_ / "images", [](const Vector3d& p) { return Taken(p, -0.03); }, 0.5);
   Write("cameras.csv", kTitle + Rows("30,0.01,-0.02,-0.1,0.03,0.01,-0.03,0.003,-0.002"));
   ExpectSpots(Read());
+  // A spreadsheet may have kept it.
+  Write("cameras.csv", "#Name, X, Y, Alt, Heading, Pitch, Roll, F, Px, Py, K1, K2, K3, K4, T1, T2\n" +
+                           Rows("30,0.01,-0.02,-0.1,0.03,0.01,-0.03,0.003,-0.002"));
+  ExpectSpots(Read());
 }
 
 TEST_F(RealityScanTable, WhatIsMissingIsNamed) {
@@ -238,7 +242,8 @@ class EurocSet : public ScannedSet {
   }
   // Photographs every 50 ms; two poses around each, of an even motion.
   void WriteTables(const std::string& truth) const {
-    std::string photographs = "#timestamp [ns],filename\r\n", poses = "#timestamp, p_RS_R_x [m], ...\r\n";
+    std::string photographs = "\xEF\xBB\xBF#timestamp [ns],filename\r\n",
+                poses = "\xEF\xBB\xBF#timestamp, p_RS_R_x [m], ...\r\n";
     for (std::size_t i = 0; i < cameras_.size(); ++i) {
       const std::int64_t time_ns = 1403636579763555584 + static_cast<std::int64_t>(i) * 50'000'000;
       photographs += fmt::format("{},{}\r\n", time_ns, cameras_[i].name);

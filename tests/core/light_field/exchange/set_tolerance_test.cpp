@@ -116,6 +116,27 @@ TEST_F(StrangersSet, DistortionParamsMustBeSixAndAgree) {
   EXPECT_EQ(Camera().coefficients[0], -0.2);
 }
 
+// RealityCapture's k4 comes through nerfstudio. At the corner r² is 0.444, and k4 moves the ray by 0.5 px.
+TEST_F(StrangersSet, AFourthRadialCoefficientIsFitted) {
+  for (const char* spelt : {"distortion_params", "k4"}) {
+    const json before = document_;
+    if (spelt == std::string("k4"))
+      document_.update({{"k1", -0.1}, {"k4", 0.3}, {"p1", 0.002}});
+    else
+      document_["distortion_params"] = {-0.1, 0, 0, 0.3, 0.002, 0};
+    const LightField read = Read();
+    for (const double x : {-0.5, 0.0, 0.45})
+      for (const double y : {-0.35, 0.1, 0.38}) {
+        const double r2 = x * x + y * y, radial = 1 - 0.1 * r2 + 0.3 * std::pow(r2, 4);
+        const Vector2d truth(32 + 60 * (x * radial + 2 * 0.002 * x * y),
+                             24 + 60 * (y * radial + 0.002 * (r2 + 2 * y * y)));
+        EXPECT_LT((*read.cameras.at(0).ImgFromCam({x, y, 1}) - truth).norm(), 0.1) << x << ' ' << y;
+      }
+    EXPECT_THAT(read.doubts, testing::Each(HasSubstr("a lens with k4 is taken into our model for 1 camera")));
+    document_ = before;
+  }
+}
+
 TEST_F(StrangersSet, FieldsOfViewAreFocalLengths) {
   const auto focal = [&](const json& keys) {
     const json before = document_;
@@ -169,13 +190,69 @@ TEST_F(StrangersSet, OtherLensesAreRefusedByName) {
   }
 }
 
+// As programs and people write the same.
+TEST_F(StrangersSet, OtherSpellingsMeanTheSame) {
+  const json before = document_;
+  for (const auto& [key, other] : std::initializer_list<std::pair<const char*, const char*>>{
+           {"fl_x", "fx"}, {"fl_y", "fy"}, {"w", "width"}, {"h", "height"}}) {
+    document_[other] = document_[key];
+    document_.erase(key);
+  }
+  EXPECT_THAT(Read().doubts, IsEmpty());
+  EXPECT_EQ(Camera().fx, 60);
+  document_["width"] = 2 * kWidth;  // of which the photographs are reduced copies
+  document_["height"] = 2 * kHeight;
+  EXPECT_EQ(Camera().fx, 30);
+  document_ = before;
+  document_["camera_model"] = "opencv_fisheye";
+  EXPECT_EQ(Camera().distortion, Distortion::kFisheye);
+  document_["camera_model"] = "FISHEYE";  // COLMAP's of 2026
+  EXPECT_EQ(Camera().distortion, Distortion::kFisheye);
+  document_.erase("camera_model");
+  for (const json& yes : {json(true), json(1)}) {
+    document_["is_fisheye"] = yes;
+    EXPECT_EQ(Camera().distortion, Distortion::kFisheye) << yes;
+  }
+  document_["is_fisheye"] = "yes";
+  ExpectRefused("'is_fisheye' is \"yes\"", "true or false");
+}
+
+// As nerfstudio has it, where every frame has its own length along one axis.
+TEST_F(StrangersSet, FramesAddTheFocalLengthTheSetLacks) {
+  document_.erase("fl_x");
+  document_["fl_y"] = 70;
+  for (json& frame : document_["frames"]) frame["fl_x"] = 65;
+  EXPECT_EQ(Camera().fx, 65);
+  EXPECT_EQ(Camera().fy, 70);
+  document_["fl_x"] = 60;  // replaced by the frames', and the other with it
+  EXPECT_EQ(Camera().fy, 65);
+}
+
+// NeuS2 has them in frames.
+TEST_F(StrangersSet, MatricesOfACameraAreRead) {
+  for (const char* key : {"fl_x", "fl_y", "cx", "cy"}) document_.erase(key);
+  for (const char* key : {"intrinsic_matrix", "camera_matrix", "K"}) {
+    for (json& frame : document_["frames"]) frame[key] = {{61, 0, 31}, {0, 62, 23}, {0, 0, 1}};
+    const LightField read = Read();
+    EXPECT_THAT(read.doubts, IsEmpty());
+    const CameraModel& camera = read.cameras.at(0);
+    EXPECT_EQ(Vector2d(camera.fx, camera.fy), Vector2d(61, 62)) << key;
+    EXPECT_EQ(Vector2d(camera.cx, camera.cy), Vector2d(31, 23)) << key;
+    for (json& frame : document_["frames"]) frame.erase(key);
+  }
+  document_["fl_x"] = 60;
+  document_["K"] = {{120, 0, 31}, {0, 120, 23}, {0, 0, 1}};
+  ExpectRefused("'K' says a focal length of 120 px", "one of 60 px");
+  document_["K"] = "none";
+  ExpectRefused("'K' must be a camera's matrix", "fx 0 cx");
+}
+
 // The keys that nerfstudio's and instant-ngp's loaders look for, and nothing else, pass in silence.
 TEST_F(StrangersSet, KnowsTheKeysOfTheFormats) {
   for (const char* key : {"aabb_scale",
                           "scale",
                           "offset",
                           "up",
-                          "from_na",
                           "enable_depth_loading",
                           "n_extra_learnable_dims",
                           "render_aabb",
@@ -202,7 +279,32 @@ TEST_F(StrangersSet, KnowsTheKeysOfTheFormats) {
   }
 }
 
+// Instant-ngp's loader lets comments pass.
+TEST_F(StrangersSet, CommentsArePassedOver) {
+  std::ofstream(set() / "transforms.json") << "// by hand\n"
+                                           << JsonText(document_).insert(1, " /* 60 mm */ ") << "\n// end\n";
+  EXPECT_EQ(ReadPosedSet(set(), {}, {}).light_field.views.size(), 5u);
+}
+
 // ---- Matrices ----
+
+// NeuS2's camera axes are OpenCV's, Mitsuba's are x left, y up, z forward.
+TEST_F(StrangersSet, CameraAxesOfOtherLoadersAreTurned) {
+  const auto pose_with = [&](double x, double y, double z) {
+    for (int i = 0; i < 5; ++i)
+      Pose(i, ViewNumber(i).cam_from_world.Inverse().Matrix() * Eigen::Vector4d(x, y, z, 1).asDiagonal());
+  };
+  document_["from_na"] = true;
+  pose_with(1, 1, 1);
+  ExpectPoses(Read(), 1e-9);
+  document_["from_na"] = false;
+  pose_with(1, -1, -1);
+  ExpectPoses(Read(), 1e-9);
+  document_["normal_mts_args"] = json::array();
+  pose_with(-1, -1, 1);
+  ExpectPoses(Read(), 1e-9);
+  EXPECT_THAT(Read().doubts, IsEmpty());
+}
 
 TEST_F(StrangersSet, AScaleIsTakenOutOfTheMatrix) {
   for (int i = 0; i < 5; ++i) {
@@ -310,8 +412,60 @@ TEST_F(StrangersSet, PosesForTestingNeedNoPhotographs) {
   EXPECT_EQ(read.views.size(), 5u);
   EXPECT_THAT(read.doubts,
               testing::Contains(AllOf(HasSubstr("transforms_test.json"), HasSubstr("4 frames"))));
+  // One of them was rendered.
+  fs::create_directories(set() / "test");
+  fs::copy(set() / "train/shot_2.png", set() / "test/2.png");
+  const LightField more = ReadPosedSet(set(), {}, {}).light_field;
+  EXPECT_EQ(more.views.size(), 6u);
+  EXPECT_THAT(more.doubts, testing::Contains(HasSubstr("3 frames without their photographs left out")));
   fs::remove_all(set() / "train");
   EXPECT_THAT([&] { ReadPosedSet(set(), {}, {}); }, ThrowsMessage<Error>(HasSubstr("missing")));
+}
+
+// BlenderNeRF numbers the frames of both parts from 1, and other parts may be empty.
+TEST_F(StrangersSet, PosesForTestingMayBearNamesOfTraining) {
+  fs::rename(set() / "images", set() / "train");
+  json test = document_;
+  for (std::size_t i = 0; i < 5; ++i) {
+    document_["frames"][i]["file_path"] = fmt::format("./train/shot_{}", i);
+    test["frames"][i]["file_path"] = fmt::format("./test/shot_{}", i);
+    test["frames"][i]["transform_matrix"][0][3] = 7 + i;
+  }
+  std::ofstream(set() / "transforms_train.json") << JsonText(document_);
+  std::ofstream(set() / "transforms_test.json") << JsonText(test);
+  test["frames"] = json::array();
+  std::ofstream(set() / "transforms_val.json") << JsonText(test);
+  const LightField read = ReadPosedSet(set(), {}, {}).light_field;
+  ExpectPoses(read, 1e-9);
+  EXPECT_THAT(read.doubts, ElementsAre(AllOf(HasSubstr("transforms_test.json"), HasSubstr("5 frames"))));
+}
+
+TEST_F(StrangersSet, AMissingPhotographIsNotItsNamesake) {
+  for (const char* folder : {"left", "right"}) fs::create_directories(set() / "images" / folder);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const std::string name = fmt::format("images/{}/{}.png", i < 2 ? "left" : "right", i < 2 ? i : i - 2);
+    fs::rename(set() / fmt::format("images/shot_{}.png", i), set() / name);
+    document_["frames"][i]["file_path"] = name;
+  }
+  ExpectPoses(Read(), 1e-9);
+  fs::remove(set() / "images/left/1.png");
+  const LightField read = Read();
+  ASSERT_EQ(read.views.size(), 4u);
+  EXPECT_EQ(read.views[2].image_path, "images/right/1.png");
+  EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("1 photograph missing")));
+}
+
+TEST_F(StrangersSet, AMissingMaskIsNotThePhotograph) {
+  for (const bool in_root : {false, true}) {
+    for (std::size_t i = 0; i < 5; ++i) {
+      json& frame = document_["frames"][i];
+      frame["mask_path"] = fmt::format("masks/shot_{}.png", i);
+      if (!in_root) continue;
+      fs::rename(set() / frame["file_path"], set() / fmt::format("shot_{}.png", i));
+      frame["file_path"] = fmt::format("shot_{}.png", i);
+    }
+    ExpectRefused("'masks/shot_0.png' is missing", "restore");
+  }
 }
 
 class WayToAPhotograph : public StrangersSet, public testing::WithParamInterface<const char*> {};

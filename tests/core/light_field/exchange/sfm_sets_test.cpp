@@ -1,6 +1,6 @@
 // Tests: core/light_field/exchange/readers/meshroom_set, core/light_field/exchange/readers/opensfm_set,
 // core/light_field/exchange/readers/openmvg_set, core/light_field/exchange/readers/visualsfm_set,
-// core/light_field/exchange/readers/named_views, core/light_field/exchange/readers/fitted_lens.
+// core/light_field/exchange/readers/named_views, core/light_field/formats/fitted_lens.
 //
 // Sets of structure-from-motion programs, written here and drawn by the formulas of their own sources: poses,
 // lenses and the place of the first pixel are right if points fall on the spots of the pictures.
@@ -300,7 +300,8 @@ TEST_F(OpenSfmSet, BrownLensOfTheLargestFitsThePictures) {
   const std::string camera =
       std::string(kSize) + R"("projection_type": "brown", "focal_x": 0.85, "focal_y": 0.86,
 "c_x": 0.01, "c_y": -0.02, "k1": -0.15, "k2": 0.05, "k3": -0.01, "p1": 0.003, "p2": -0.004)";
-  Write("reconstruction.json", "[" + Reconstruction(camera, 2) + ",\n" + Reconstruction(camera) + "]");
+  Write("reconstruction.json",
+        "\xEF\xBB\xBF[" + Reconstruction(camera, 2) + ",\n" + Reconstruction(camera) + "]");
   const LightField read = Read();
   ExpectSpots(read);
   EXPECT_THAT(read.doubts, ElementsAre(AllOf(HasSubstr("of 2 reconstructions"), HasSubstr("5 shots"))));
@@ -516,8 +517,8 @@ TEST_F(VisualSfmSet, LensAndPointsOfTheLargestModelFit) {
   }
   // A smaller model stands before it, and what was not registered behind.
   Write("model.nvm",
-        "NVM_V3\r\n\r\n1\r\nshot_0.png 90 1 0 0 0 0 0 0 0 0\r\n\r\n0\r\n\n5\n" + Rows(r) +
-            fmt::format("\n{}\n", points_.size()) + points +
+        "\xEF\xBB\xBF# mine\r\nNVM_V3\r\n\r\n1\r\nshot_0.png 90 1 0 0 0 0 0 0 0 0\r\n\r\n0\r\n\n5\n" +
+            Rows(r) + fmt::format("\n{}\n", points_.size()) + points +
             "\n1\nother 1.png\t0 0 0 0 0 0 0 0 0 0\n0\n\n0\n#the last part points to PLY files\n0\n");
   const LightField read = Read();
   ExpectSpots(read);

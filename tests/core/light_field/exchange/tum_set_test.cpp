@@ -95,8 +95,8 @@ TEST_F(TumSet, PosesAndIntrinsicsComeBack) {
     // As its poses come: more of them than photographs.
     poses += PoseLine(time_s, view.cam_from_world) + PoseLine(time_s + 0.03, ViewNumber(9).cam_from_world);
   }
-  Write("rgb.txt", list);
-  Write("groundtruth.txt", poses);
+  Write("rgb.txt", "\xEF\xBB\xBF" + list);
+  Write("groundtruth.txt", "\xEF\xBB\xBF" + poses);
   const CameraModel& camera = written.cameras.at(0);
   std::ofstream(scratch_ / "camera.txt")
       << fmt::format("{} {} {} {} {} {} {} {} {} {}\n", camera.fx, camera.fy, camera.cx - 0.5,

@@ -1,4 +1,4 @@
-#include "core/light_field/exchange/readers/fitted_lens.h"
+#include "core/light_field/formats/fitted_lens.h"
 
 #include <fmt/format.h>
 
