@@ -41,6 +41,17 @@ constexpr UnreadKind kUnreadKinds[] = {
      "nerfstudio's 'ns-process-data record3d' makes a folder with transforms.json of it"},
     {"", ".p4d", "a project of Pix4D",
      "open its photographs in COLMAP, Meshroom or Metashape, and take that set"},
+    {"cameras", ".npz", "cameras of IDR and NeuS",
+     "NeuS2's tools/data_format_from_neus.py makes a folder with transforms.json of them"},
+    {"", ".pose.txt", "poses of 7-Scenes, camera to world with y down and z forward",
+     "write them with columns 2 and 3 negated into the frames of a transforms.json"},
+    {"", "_colmap_sfm.log", "poses of Tanks and Temples, camera to world with y down and z forward",
+     "write them with columns 2 and 3 negated into the frames of a transforms.json"},
+    {"", ".sens", "a recording of ScanNet",
+     "its SensReader writes photographs and poses, camera to world with y down and z forward: write these "
+     "with columns 2 and 3 negated into the frames of a transforms.json"},
+    {"", ".blend", "a scene of Blender", "the add-on BlenderNeRF writes photographs with their poses of it"},
+    {"pair", ".txt", "a set of MVSNet", "give the COLMAP model of which it was made"},
     {"database", ".db", "COLMAP's database, which holds no poses", "'colmap mapper' makes a model of it"},
 };
 

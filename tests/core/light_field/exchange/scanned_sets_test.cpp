@@ -401,6 +401,12 @@ TEST_F(ScannedSet, WhatIsNotReadIsNamedWithWhatConvertsIt) {
                                                                {"vase.mg", "StructureFromMotion"},
                                                                {"scene.mvs", "InterfaceCOLMAP"},
                                                                {"take.r3d", "record3d"},
+                                                               {"cameras_sphere.npz", "from_neus.py"},
+                                                               {"frame-000000.pose.txt", "negated"},
+                                                               {"Barn_COLMAP_SfM.log", "negated"},
+                                                               {"scene0000.sens", "SensReader"},
+                                                               {"vase.blend", "BlenderNeRF"},
+                                                               {"pair.txt", "COLMAP model"},
                                                                {"database.db", "colmap mapper"},
                                                                {"raw.zip", "unpack it"}};
   for (const auto& [name, words] : files) {
