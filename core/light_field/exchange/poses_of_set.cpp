@@ -34,8 +34,10 @@ LightField ReadPartsOf(const fs::path& folder) {
 LightField ReadWithoutPhotographs(const fs::path& source) {
   std::error_code unknown;
   const bool is_file = fs::is_regular_file(source, unknown);
-  if (is_file && source.extension() == ".json") return ReadTransformsPoses(source);
   const std::vector<SetFormat> formats = FormatsIn(source);
+  const bool has_frames = formats.empty() || formats.front() == SetFormat::kTransforms ||
+                          formats.front() == SetFormat::kNerfSynthetic;
+  if (is_file && has_frames && source.extension() == ".json") return ReadTransformsPoses(source);
   if (formats.empty()) return ReadLightField(source);  // says what is missing
   const fs::path place = PlaceOf(formats.front(), source);
   switch (formats.front()) {
@@ -47,7 +49,13 @@ LightField ReadWithoutPhotographs(const fs::path& source) {
       return ReadPartsOf(place);
     case SetFormat::kColmap:
       return ReadColmapSetPoses(place);
-    default:
+    case SetFormat::kMetashape:
+    case SetFormat::kMeshroom:
+    case SetFormat::kOpenSfm:
+    case SetFormat::kOpenMvg:
+    case SetFormat::kGaussian:
+      return ReadPosedSet(source, formats.front(), kNoPhotographs).light_field;
+    default:  // others do not say how large the pictures are
       return ReadPosedSet(source, formats.front(), {}).light_field;
   }
 }

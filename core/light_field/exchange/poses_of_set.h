@@ -15,10 +15,10 @@ struct SetPoses {
       cameras;  // one for each pose; empty where the set does not tell the pictures' size
 };
 
-// Reads a light field, a .json file with frames, or a set in one of the formats of set_format.h. Light
-// fields, transforms.json, NeRF's synthetic sets and COLMAP's models need not have their photographs; other
-// sets are read as ReadPosedSet() reads them. Warns of what is not used. Throws Error for what is none of
-// these.
+// Reads a light field, a .json file with frames, or a set in one of the formats of set_format.h. The
+// photographs need not be there, but of formats that do not say how large they are, and of layouts of folders
+// (Polycam, TUM, EuRoC, KITTI), which ReadPosedSet() reads. Warns of what is not used. Throws Error for
+// what is none of these.
 SetPoses ReadPosesOfSet(const std::filesystem::path& source);
 
 }  // namespace ulf

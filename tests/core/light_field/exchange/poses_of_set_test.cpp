@@ -15,6 +15,7 @@
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 #include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "tests/core/light_field/light_field_samples.h"
@@ -107,6 +108,43 @@ TEST(PosesOfSet, NeedNoPhotographs) {
       EXPECT_EQ(poses.cameras[i], sample.CameraOf(sample.views[i])) << layout.name;
     }
   }
+}
+
+// Where coordinates have another origin cameras agree but for rounding.
+void ExpectThePosesOf(const LightField& sample, const SetPoses& poses) {
+  ASSERT_EQ(poses.cam_from_world.size(), sample.views.size());
+  ASSERT_EQ(poses.cameras.size(), sample.views.size());
+  for (std::size_t i = 0; i < sample.views.size(); ++i) {
+    EXPECT_LT((poses.cam_from_world[i].Matrix() - sample.views[i].cam_from_world.Matrix()).norm(), 1e-9);
+    const Eigen::Vector3d seen(0.2, -0.1, 1);
+    EXPECT_LT(
+        (*poses.cameras[i].ImgFromCam(seen) - *sample.CameraOf(sample.views[i]).ImgFromCam(seen)).norm(),
+        1e-9);
+  }
+}
+
+TEST(PosesOfSet, OtherProgramsFilesNeedNoneEither) {
+  const ScratchFolder scratch;
+  LightField sample = WriteSample(scratch / "lf", kViews);
+  WriteFileAtomically(scratch / "cameras.xml", MetashapeXmlText(sample));
+  ExpectThePosesOf(sample, ReadPosesOfSet(scratch / "cameras.xml"));
+  // Inria's file has pinholes, and the rotation from camera to world.
+  sample.cameras = {CameraModel::Pinhole(kWidth, kHeight, 60)};
+  json cameras = json::array();
+  for (const View& view : sample.views) {
+    const Eigen::Matrix4d m = view.cam_from_world.Inverse().Matrix();
+    json rotation = json::array();
+    for (int r = 0; r < 3; ++r) rotation.push_back({m(r, 0), m(r, 1), m(r, 2)});
+    cameras.push_back({{"img_name", view.image_path},
+                       {"width", kWidth},
+                       {"height", kHeight},
+                       {"position", {m(0, 3), m(1, 3), m(2, 3)}},
+                       {"rotation", rotation},
+                       {"fx", 60},
+                       {"fy", 60}});
+  }
+  WriteJson(scratch / "cameras.json", cameras);
+  ExpectThePosesOf(sample, ReadPosesOfSet(scratch / "cameras.json"));
 }
 
 // NeRF's original files say a field of view, and of pictures that are not there nothing else.
