@@ -31,6 +31,8 @@
 #include "core/image/files/raw_file.h"
 #include "core/image/image.h"
 #include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/folder/view_images.h"
+#include "core/light_field/formats/posed_set.h"
 #include "core/light_field/formats/set_format.h"
 
 namespace ulf {
@@ -50,6 +52,7 @@ struct PictureToPose {
   std::string name;  // in COLMAP: a folder of its own, which keeps the order, and the file's name
   cv::Size size;
   ExifFacts exif;
+  View view;  // path and mask, relative to the folder
 };
 
 // A photograph whose lens and zoom are the same has the same text.
@@ -63,6 +66,21 @@ ExifFacts ExifOf(const fs::path& file) {
   return IsRawFile(file) ? ReadRawFacts(file.string()).exif : ReadExifOfFile(file);
 }
 
+// Returns the photographs among the pictures: masks that lie beside them are none.
+std::vector<PictureToPose> WithMasks(const fs::path& folder, const std::vector<fs::path>& pictures) {
+  const SetImages images(folder);
+  LightField views;
+  std::set<std::string> masks;
+  for (const fs::path& file : pictures)
+    masks.insert(AddView(file.filename().string(), {}, {}, images, views).mask_path);
+  std::vector<PictureToPose> photographs;
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    if (!masks.contains(views.views[i].image_path))
+      photographs.push_back(
+          {pictures[i], {}, ReadImageSize(pictures[i].string()), ExifOf(pictures[i]), views.views[i]});
+  return photographs;
+}
+
 std::vector<PictureToPose> PhotographsToPose(const fs::path& folder) {
   std::error_code unknown;
   if (!fs::exists(folder, unknown))
@@ -74,10 +92,11 @@ std::vector<PictureToPose> PhotographsToPose(const fs::path& folder) {
     throw Error("{}: holds {}, and a pose needs others beside it{}; give the folder of the photographs",
                 folder.string(), Counted(found.pictures.size(), "photograph"),
                 found.left_out.empty() ? "" : fmt::format(" ({})", found.LeftOut()));
-  for (const std::string& line : found.left_out) spdlog::warn("{}: left out: {}", folder.string(), line);
-  std::vector<PictureToPose> photographs;
-  for (const fs::path& file : found.pictures)
-    photographs.push_back({file, {}, ReadImageSize(file.string()), ExifOf(file)});
+  std::vector<PictureToPose> photographs = WithMasks(folder, found.pictures);
+  const bool uses_masks_folder = std::ranges::any_of(
+      photographs, [](const PictureToPose& each) { return each.view.mask_path.starts_with("masks/"); });
+  for (const std::string& line : PicturesIn(folder, {uses_masks_folder ? "masks" : ""}).left_out)
+    spdlog::warn("{}: left out: {}", folder.string(), line);
   // Without the times of all photographs their names are in order.
   if (std::ranges::none_of(photographs, [](const PictureToPose& each) { return each.exif.taken.empty(); }))
     std::ranges::stable_sort(photographs, {}, [](const PictureToPose& each) { return each.exif.taken; });
@@ -105,6 +124,29 @@ void PutThere(const PictureToPose& photograph, const fs::path& there) {
   std::error_code refused;
   fs::create_symlink(fs::absolute(photograph.file), there, refused);
   if (refused) WriteFileAtomically(there, ReadWholeFile(photograph.file));
+}
+
+// Writes masks for COLMAP, which finds no features where they are 0, if a photograph has one or has alpha;
+// then all get one, because not every version takes some. Returns whether it did.
+bool WriteMasks(const fs::path& folder, const std::vector<PictureToPose>& photographs,
+                const fs::path& masks) {
+  LightField light_field;
+  light_field.root = folder;
+  for (const PictureToPose& photograph : photographs) {
+    View& view = light_field.views.emplace_back(photograph.view);
+    view.camera = static_cast<int>(light_field.cameras.size());
+    light_field.cameras.push_back(CameraModel::Pinhole(photograph.size.width, photograph.size.height, 1));
+  }
+  if (std::ranges::none_of(light_field.views, [&](const View& view) { return HasMask(light_field, view); }))
+    return false;
+  for (std::size_t i = 0; i < photographs.size(); ++i) {
+    cv::Mat mask = ReadViewMask(light_field, light_field.views[i]);
+    if (mask.empty()) mask = cv::Mat(photographs[i].size, CV_8U, cv::Scalar(255));
+    const fs::path file = masks / (photographs[i].name + ".png");
+    MakeFolder(file.parent_path());
+    WriteFileAtomically(file, PngBytes(mask));
+  }
+  return true;
 }
 
 // An option under the names that it has had; the first one that the installed version knows is given.
@@ -212,7 +254,7 @@ std::optional<double> ShareIn(const std::string& line) {
 }
 
 void ExtractFeatures(Colmap& colmap, const fs::path& work, const std::vector<PictureToPose>& photographs,
-                     const std::vector<ColmapOption>& database, Progress& progress) {
+                     const std::vector<ColmapOption>& database, bool are_masked, Progress& progress) {
   const double threads = std::clamp(static_cast<double>(AvailableMemory()) / kBytesOfThread, 1.0,
                                     static_cast<double>(std::max(1U, std::thread::hardware_concurrency())));
   std::map<std::string, std::vector<const PictureToPose*>> by_lens;
@@ -234,6 +276,7 @@ void ExtractFeatures(Colmap& colmap, const fs::path& work, const std::vector<Pic
                                    {{"SiftExtraction.max_image_size", "FeatureExtraction.max_image_size"},
                                     std::to_string(kLongerSide_px)},
                                    {{"SiftExtraction.max_num_features"}, std::to_string(kMostFeatures)}});
+    if (are_masked) options.push_back({{"ImageReader.mask_path"}, (work / "masks").string()});
     const cv::Size size = same.front()->size;
     // Without the data for 36 x 24 mm COLMAP looks for those of the sensor itself, else it guesses.
     if (const auto focal_px = FocalPx(same.front()->exif, size.width, size.height))
@@ -319,10 +362,11 @@ PosedByColmap PoseByColmap(const fs::path& folder, const fs::path& dir, const st
   posed.photographs = photographs.size();
   const fs::path& work = posed.work->path();
   for (const PictureToPose& photograph : photographs) PutThere(photograph, work / "images" / photograph.name);
+  const bool are_masked = WriteMasks(folder, photographs, work / "masks");
   std::set<std::string> lenses;
   for (const PictureToPose& photograph : photographs) lenses.insert(LensOf(photograph));
-  spdlog::info("{}: COLMAP poses {} of {}; {}", folder.string(), Counted(photographs.size(), "photograph"),
-               Counted(lenses.size(), "camera"),
+  spdlog::info("{}: COLMAP poses {} of {}{}; {}", folder.string(), Counted(photographs.size(), "photograph"),
+               Counted(lenses.size(), "camera"), are_masked ? ", by what masks do not exclude" : "",
                photographs.size() <= kMostExhaustive
                    ? "all are compared with each other"
                    : fmt::format("above {} they are compared along their order, and then where a third one "
@@ -331,7 +375,7 @@ PosedByColmap PoseByColmap(const fs::path& folder, const fs::path& dir, const st
   const std::vector<ColmapOption> database{{{"database_path"}, (work / "database.db").string()}};
   Colmap colmap(folder, *posed.work, stop);
   Progress progress("pose");
-  ExtractFeatures(colmap, work, photographs, database, progress);
+  ExtractFeatures(colmap, work, photographs, database, are_masked, progress);
   Match(colmap, photographs.size(), database, progress);
   FindPoses(colmap, work, photographs.size(), database, progress);
   TakeLargest(work / "models", posed);

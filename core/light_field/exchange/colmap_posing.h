@@ -23,7 +23,8 @@ struct PosedByColmap {
 };
 
 // Poses the photographs in `folder` itself. Those of the same size, camera, lens and focal length share one
-// camera, whose focal length Exif tells where it can. Up to 150 photographs are all compared with each other;
+// camera, whose focal length Exif tells where it can. No features are taken where masks (SetImages::MaskOf(),
+// DynamicMaskOf()) or alpha exclude them. Up to 150 photographs are all compared with each other;
 // more are compared along their order, by time or else by name, and then where a third photograph joins two.
 // The working folder lies beside `dir`, the light field to be made, which must not exist or be empty. `stop`,
 // which is asked several times a second, ends the work. Throws Error if COLMAP is not installed or fails (the

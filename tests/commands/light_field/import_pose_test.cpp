@@ -8,6 +8,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/atomic_file.h"
@@ -101,9 +102,15 @@ class ImportPoseOfARoom : public ImportPose {
     for (int i = 0; i < count; ++i) WriteJpeg(Set() / NameAt(i), SeenIn(4, i));
     for (unsigned i = 0; i < strangers; ++i)
       WriteJpeg(Set() / fmt::format("elsewhere {}.jpg", i), SeenIn(7 + i, 3));
+    // A mask beside one of them changes no pose and comes along.
+    cv::Mat mask(kCamera.height, kCamera.width, CV_8UC1, 255.0);
+    mask(cv::Rect(0, 0, 60, kCamera.height)) = 0;
+    fs::create_directories(Set() / "masks");
+    cv::imwrite((Set() / "masks" / (NameAt(0) + ".png")).string(), mask);
     const CommandResult run = Import();
     ASSERT_EQ(run.exit_code, 0) << run.errors;
-    EXPECT_THAT(run.output, AllOf(HasSubstr(fmt::format("{} views", count)), HasSubstr("1 camera"),
+    EXPECT_THAT(run.errors, Not(HasSubstr("left out: 1 folder")));
+    EXPECT_THAT(run.output, AllOf(HasSubstr(fmt::format("{} views (1 masked)", count)), HasSubstr("1 camera"),
                                   HasSubstr("fit the poses")));
     EXPECT_THAT(run.errors, HasSubstr(fmt::format("{} without a pose", Counted(strangers, "photograph"))));
     for (unsigned i = 0; i < strangers; ++i)
@@ -215,6 +222,38 @@ TEST_F(ImportPose, GivesOneCameraToEachLens) {
   lens("", "", "000006/f.jpg\n");
   EXPECT_THAT(asked, AllOf(HasSubstr("--SiftExtraction.use_gpu 0"), HasSubstr("--SiftMatching.use_gpu 0"),
                            HasSubstr("exhaustive_matcher"), Not(HasSubstr("sequential_matcher"))));
+}
+
+// Masks of every kind that lies beside photographs, and alpha, as the program in the place of COLMAP gets them.
+TEST_F(ImportPose, TakesNoFeaturesWhereMasksAre) {
+  for (int i = 0; i < 3; ++i) {
+    WriteJpeg(Set() / fmt::format("{}.jpg", i), cv::Mat(24, 32, CV_8UC1, 90.0));
+    cv::Mat mask(24, 32, CV_8UC1, 255.0);
+    mask(cv::Rect(i, 0, 1, 24)) = 0;
+    if (i == 0) cv::imwrite((Set() / "0.jpg.mask.png").string(), mask);
+    if (i == 1) cv::imwrite((Set() / "dynamic_mask_1.png").string(), 255 - mask);
+  }
+  cv::Mat transparent(24, 32, CV_8UC4, cv::Scalar(90, 90, 90, 255));
+  transparent(cv::Rect(5, 0, 1, 24)) = cv::Scalar::all(0);
+  cv::imwrite((Set() / "3.png").string(), transparent);
+  const fs::path kept = scratch_ / "kept";
+  const fs::path programs =
+      Program("while [ $# -gt 0 ]; do [ \"$1\" != --ImageReader.mask_path ] || cp -r \"$2\" " +
+                  kept.string() + "; shift; done",
+              std::string(kOptions) + " ImageReader.mask_path");
+  const CommandResult run = ImportBy(programs);
+  EXPECT_THAT(run.errors, AllOf(HasSubstr("poses 4 photographs"), HasSubstr("what masks do not exclude")));
+  for (const auto& [name, column] : std::map<std::string, int>{
+           {"000001/0.jpg", 0}, {"000002/1.jpg", 1}, {"000003/2.jpg", -1}, {"000004/3.png", 5}}) {
+    const cv::Mat mask = cv::imread((kept / (name + ".png")).string(), cv::IMREAD_UNCHANGED);
+    ASSERT_EQ(mask.size(), cv::Size(32, 24)) << name;
+    for (int x = 0; x < 32; ++x) EXPECT_EQ(mask.at<std::uint8_t>(7, x), x == column ? 0 : 255) << name;
+  }
+  // Without any there is nothing to be said.
+  for (const char* name : {"0.jpg.mask.png", "dynamic_mask_1.png", "3.png"}) fs::remove(Set() / name);
+  fs::remove(Asked());
+  ImportBy(programs);
+  EXPECT_THAT(ReadWholeFile(Asked()), Not(HasSubstr("mask_path")));
 }
 
 TEST_F(ImportPose, ComparesManyAlongTheirOrder) {
