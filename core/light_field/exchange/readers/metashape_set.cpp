@@ -12,9 +12,11 @@
 #include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
+#include "core/geometry/angles.h"
 #include "core/geometry/similarity3.h"
 #include "core/light_field/formats/fitted_lens.h"
 #include "core/light_field/formats/xml_file.h"
+#include "core/light_field/points/point_io.h"
 
 namespace ulf {
 namespace {
@@ -213,6 +215,8 @@ class ChunkComponents {
   }
   bool has_scale() const { return has_scale_; }
   std::optional<Eigen::Vector3d> left_out() const { return left_out_; }
+  // Returns that of the largest component.
+  std::optional<Similarity3> world_from_chunk() const { return components_.at(largest_).world_from_chunk; }
 
  private:
   std::string IdOf(const XmlElement& camera) const {
@@ -306,6 +310,62 @@ XmlElement ChosenChunk(const XmlElement& document, const fs::path& xml, std::vec
   return chunks[largest];
 }
 
+// ---- Points ----
+
+// Returns whether photographs show the point under angles by which it can have been measured.
+bool IsMeasurable(const Eigen::Vector3d& point, const LightField& light_field) {
+  constexpr double kLeastAngle = Radians(1);
+  std::optional<Eigen::Vector3d> first;
+  return std::ranges::any_of(light_field.views, [&](const View& view) {
+    const CameraModel& camera = light_field.CameraOf(view);
+    const auto img = camera.ImgFromCam(view.cam_from_world * point);
+    if (!img || !camera.Contains(*img)) return false;
+    const Eigen::Vector3d from_point = view.CenterInWorld() - point;
+    if (first) return AngleBetween(*first, from_point) > kLeastAngle;
+    first = from_point;
+    return false;
+  });
+}
+
+// Returns the share of the points, of many of a sample, that photographs can have measured.
+double MeasurableShare(const std::vector<ScenePoint>& points, const Similarity3& world_from_points,
+                       const LightField& light_field) {
+  constexpr std::size_t kMostAsked = 1000;
+  const std::size_t asked = std::min(kMostAsked, points.size());
+  std::size_t measurable = 0;
+  for (std::size_t i = 0; i < asked; ++i)
+    measurable +=
+        IsMeasurable(world_from_points * points[i * points.size() / asked].position_in_world, light_field);
+  return asked == 0 ? 0 : static_cast<double>(measurable) / static_cast<double>(asked);
+}
+
+// Reads the points beside the cameras. The file does not say its frame: Metashape exports points in the
+// world, in the chunk's own frame, or in a coordinate system of the earth. They are taken if photographs show
+// them in one of the first two and not in the other.
+void ReadPointsBeside(const fs::path& xml, const std::optional<Similarity3>& world_from_chunk,
+                      LightField& light_field) {
+  constexpr double kMost = 0.5, kFew = 0.1;  // shares
+  const fs::path ply = xml.parent_path() / "points.ply";
+  if (!ReadPointPositions(ply, light_field) || light_field.points.empty()) return;
+  std::vector<ScenePoint>& points = light_field.points;
+  const Similarity3 from_chunk = world_from_chunk.value_or(Similarity3());
+  const double in_world = MeasurableShare(points, {}, light_field),
+               in_chunk = MeasurableShare(points, from_chunk, light_field);
+  const bool is_one_frame = (from_chunk.rotation - Eigen::Matrix3d::Identity()).norm() < 1e-9 &&
+                            std::abs(from_chunk.scale - 1) < 1e-9 && from_chunk.translation.norm() < 1e-9;
+  if (in_world >= kMost && (is_one_frame || in_chunk < kFew)) return;
+  if (in_chunk >= kMost && in_world < kFew) {
+    for (ScenePoint& point : points) point.position_in_world = from_chunk * point.position_in_world;
+    return;
+  }
+  light_field.doubts.push_back(fmt::format(
+      "{}: not used, because its frame is not clear: photographs can have measured {:.0f} % of its points "
+      "if they are in the world, {:.0f} % if they are in the chunk's frame; export it in local coordinates, "
+      "of a chunk without a transform",
+      ply.string(), 100 * in_world, 100 * in_chunk));
+  points.clear();
+}
+
 }  // namespace
 
 PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
@@ -377,6 +437,7 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
     throw Error("{}: '{}' and the other photographs of its cameras are not in {}; {}", xml.string(),
                 first_missing, light_field.root.string(), ImagesRemedy());
   if (components.has_scale()) light_field.units = "metres";
+  ReadPointsBeside(xml, components.world_from_chunk(), light_field);
   rotations.Tell(xml.string(), light_field.doubts);
   fitted.Note(light_field.doubts);
   if (following > 0)

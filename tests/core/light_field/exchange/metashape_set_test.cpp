@@ -179,6 +179,15 @@ class MetashapeSet : public testing::Test {
     ExpectError(text.replace(text.find(from), from.size(), to), first, second);
   }
 
+  // Writes points.ply beside the cameras, in the frame into which the chunk's points are `moved`.
+  void WritePoints(const ShapeTransform& moved) const {
+    std::ofstream ply(scratch_ / "points.ply");
+    ply << "ply\nformat ascii 1.0\nelement vertex " << points_.size()
+        << "\nproperty double x\nproperty double y\nproperty double z\nend_header\n";
+    for (const Vector3d& point : points_)
+      for (const double coordinate : moved.World(point)) ply << fmt::format("{}\n", coordinate);
+  }
+
   // That views see the chunk's points where the manual's equations have them.
   void ExpectProjections(const LightField& read, const ShapeTransform& world_from_chunk) {
     for (const View& view : read.views) {
@@ -239,6 +248,34 @@ TEST_F(MetashapeSet, AGeocentricTranslationIsLeftOut) {
   EXPECT_THAT(read.doubts, ElementsAre(AllOf(HasSubstr("geocentric"), HasSubstr("-2499366.400"))));
   world_from_chunk.translation.setZero();
   ExpectProjections(read, world_from_chunk);
+}
+
+TEST_F(MetashapeSet, PointsComeInWhereTheirFrameIsClear) {
+  const ShapeTransform world_from_chunk{2.5, Turned(0.8, {1, 2, 3}), {10, -20, 300}};
+  struct Case {
+    const char* name;
+    ShapeTransform world_from_chunk, points_from_chunk;
+    bool taken;
+  } const cases[] = {
+      {"no transform", {}, {}, true},
+      {"points in the world", world_from_chunk, world_from_chunk, true},
+      {"points in the chunk's frame", world_from_chunk, {}, true},
+      {"points on the earth", world_from_chunk, {1, Matrix3d::Identity(), {500000, 5200000, 340}}, false},
+      {"either frame", {1, Turned(0.3, {0, 1, 0}), {0, 0, 0}}, {}, false},
+  };
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.name);
+    WritePoints(each.points_from_chunk);
+    const LightField read = Read(Document(ChunkXml(each.world_from_chunk.Xml()))).light_field;
+    ASSERT_EQ(read.points.size(), each.taken ? points_.size() : 0);
+    for (std::size_t i = 0; i < read.points.size(); ++i)
+      EXPECT_LT((read.points[i].position_in_world - each.world_from_chunk.World(points_[i])).norm(), 1e-3);
+    if (each.taken)
+      EXPECT_THAT(read.doubts, IsEmpty());
+    else
+      EXPECT_THAT(read.doubts,
+                  ElementsAre(AllOf(HasSubstr("points.ply: not used"), HasSubstr("its frame is not clear"))));
+  }
 }
 
 TEST_F(MetashapeSet, ComponentsHaveTransformsOfTheirOwn) {

@@ -38,8 +38,7 @@ constexpr Form kForms[] = {
     {ExportForm::kNerfstudio, "nerfstudio", true, true, false, true},
     {ExportForm::kInstantNgp, "instant_ngp", false, true, true, false},
     {ExportForm::kRealityScan, "realityscan", true, false, true, false},
-    // Metashape's own file of cameras has no points, so that import looks for none.
-    {ExportForm::kMetashape, "metashape", true, true, true, false},
+    {ExportForm::kMetashape, "metashape", true, true, true, true},
 };
 
 // Held upright among landscape, with a principal point far off the middle.
