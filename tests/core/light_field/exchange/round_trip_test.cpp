@@ -14,6 +14,7 @@
 #include "core/image/files/picture_file.h"
 #include "core/light_field/exchange/export_light_field.h"
 #include "core/light_field/exchange/import_light_field.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/view_images.h"
 #include "tests/core/light_field/tracked_light_field.h"
@@ -139,6 +140,69 @@ TEST(RoundTrip, UndistortedFormsComeBackAsPinholes) {
     EXPECT_EQ(masked(back), masked(source));
     if (form.keeps_points) ExpectSamePoints(source, back);
   }
+}
+
+// Reads nerf-synthetic back, whose world is moved, turned and scaled, with the subject in it.
+LightField BackOfNerfSynthetic(const LightField& source, const fs::path& out) {
+  ExportLightField(source, out, {.form = ExportForm::kNerfSynthetic});
+  const Similarity3 nerf_from_world = NerfFromWorld(source, *source.subject);
+  const Subject subject{nerf_from_world * source.subject->center_in_world,
+                        nerf_from_world.scale * source.subject->radius};
+  const fs::path again = out.string() + "_again";
+  Import(out, again, {.subject = subject});
+  return ReadLightField(again);
+}
+
+// Expects the centres and the directions of the source's cameras, moved alike.
+void ExpectMovedPoses(const LightField& source, const LightField& back) {
+  ASSERT_EQ(back.views.size(), source.views.size());
+  std::vector<Vector3d> centers, moved_centers;
+  for (const View& view : source.views) {
+    centers.push_back(view.CenterInWorld());
+    moved_centers.push_back(ViewOfName(back, view).CenterInWorld());
+  }
+  const auto moved = AlignPoints(centers, moved_centers);
+  ASSERT_TRUE(moved);
+  for (const View& view : source.views) {
+    const View& read = ViewOfName(back, view);
+    EXPECT_LT((*moved * view.CenterInWorld() - read.CenterInWorld()).norm(), 1e-9) << read.image_path;
+    EXPECT_LT((read.cam_from_world.RotationMatrix() * moved->rotation - view.cam_from_world.RotationMatrix())
+                  .norm(),
+              1e-9)
+        << read.image_path;
+  }
+}
+
+TEST(RoundTrip, NerfSyntheticGivesPosesBackButForTheWorld) {
+  const ScratchFolder scratch;
+  const LightField source = test::TrackedLightField(scratch / "lf", {test::Straight()}, 10, true);
+  const LightField back = BackOfNerfSynthetic(source, scratch / "nerf");
+  ExpectMovedPoses(source, back);
+  ASSERT_EQ(back.cameras.size(), 1u);
+  const CameraModel &wanted = source.cameras[0], &lens = back.cameras[0];
+  EXPECT_EQ(lens.width, wanted.width);
+  EXPECT_EQ(lens.height, wanted.height);
+  for (const Vector3d& ray : {Vector3d(0.2, 0.1, 1), Vector3d(-0.3, 0.15, 1), Vector3d(0.1, -0.2, 1)})
+    EXPECT_LT((*lens.ImgFromCam(ray) - *wanted.ImgFromCam(ray)).norm(), 1e-6);
+  // What is masked is transparent, and laid over white as in the papers.
+  for (const View& view : source.views) {
+    cv::Mat wanted_pixels = ReadViewImage(source, view).pixels;
+    wanted_pixels.setTo(cv::Scalar::all(255), UsedPixels(source, view) == 0);
+    const cv::Mat read = ReadViewImage(back, ViewOfName(back, view)).pixels;
+    EXPECT_EQ(cv::norm(wanted_pixels, read, cv::NORM_INF), 0) << view.image_path;
+  }
+}
+
+TEST(RoundTrip, NerfSyntheticMakesOnePinholeOfAllLenses) {
+  const ScratchFolder scratch;
+  const LightField source = test::TrackedLightField(scratch / "lf", LensesOf(kForms[0], true), 10, true);
+  const LightField back = BackOfNerfSynthetic(source, scratch / "nerf");
+  ExpectMovedPoses(source, back);
+  ASSERT_EQ(back.cameras.size(), 1u);
+  EXPECT_EQ(back.cameras[0].distortion, Distortion::kNone);
+  const CameraModel& lens = UndistortionsToOne(source.cameras, std::vector<std::string>(5, "a camera"))[0].to;
+  EXPECT_NEAR(back.cameras[0].fx, lens.fx, 1e-9);
+  EXPECT_EQ(back.cameras[0].width, lens.width);
 }
 
 }  // namespace
