@@ -48,8 +48,8 @@ void AppendPoints(const std::vector<ColmapReconstruction::Point2d>& points, std:
               images_txt.string(), number);
 }
 
-// Calls `comment` with each line that is empty or a comment, and `use` with each image, the line of its points
-// and its line's number.
+// Calls `comment` with each line that is empty or a comment, and `use` with each image, the line of its
+// points and its line's number.
 void ForEachImage(
     const std::filesystem::path& images_txt, const std::function<void(const std::string&)>& comment,
     const std::function<void(std::uint32_t, ColmapPoses::Image&&, const std::string&, int)>& use) {

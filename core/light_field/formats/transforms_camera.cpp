@@ -297,7 +297,7 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image, Fi
     throw Error(
         "{}: camera model '{}' is not supported; undistort to PINHOLE (a panorama: cut it into perspective "
         "pictures), or use OPENCV or OPENCV_FISHEYE",
-        place.where, model);
+        place.where, place.Text("camera_model", "OPENCV"));
   const bool fisheye = IsOneOf(kFisheyes, model) || IsFisheye(place);
   const auto [k1, k2, k3, k4, p1, p2] = DistortionOf(place);
   camera.coefficients =

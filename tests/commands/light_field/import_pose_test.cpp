@@ -224,7 +224,7 @@ TEST_F(ImportPose, GivesOneCameraToEachLens) {
                            HasSubstr("exhaustive_matcher"), Not(HasSubstr("sequential_matcher"))));
 }
 
-// Masks of every kind that lies beside photographs, and alpha, as the program in the place of COLMAP gets them.
+// Masks of every kind that lies beside photographs, and alpha, as the program in COLMAP's place gets them.
 TEST_F(ImportPose, TakesNoFeaturesWhereMasksAre) {
   for (int i = 0; i < 3; ++i) {
     WriteJpeg(Set() / fmt::format("{}.jpg", i), cv::Mat(24, 32, CV_8UC1, 90.0));

@@ -173,7 +173,7 @@ void ExpectMovedPoses(const LightField& source, const LightField& back) {
   }
 }
 
-TEST(RoundTrip, NerfSyntheticGivesPosesBackButForTheWorld) {
+TEST(RoundTrip, NerfSyntheticReturnsPosesInItsWorld) {
   const ScratchFolder scratch;
   const LightField source = test::TrackedLightField(scratch / "lf", {test::Straight()}, 10, true);
   const LightField back = BackOfNerfSynthetic(source, scratch / "nerf");
