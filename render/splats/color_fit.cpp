@@ -19,11 +19,19 @@ using Eigen::Vector4f;
 constexpr float kStaying = 0.3f;
 // Share of a Gaussian's weight that speaks against a change of colour with direction.
 constexpr float kEvenness = 0.01f;
+// A Gaussian that differs less from what is behind it keeps its shape, of full scale. Guessed.
+constexpr float kShapeContrast = 0.05f;
+constexpr float kShapeStaying = 0.003f;  // pixels of full contrast that speak for no change of a shape
+// Of a step, which is right for small changes only: of opacity, and of the logarithm of size.
+constexpr float kLargestShapeStep = 0.2f;
+constexpr float kLeastOpacity = 0.02f, kMostOpacity = 0.98f;
 
-// A Gaussian's normal equations for the change of its harmonics, in units of colour.
+// A Gaussian's normal equations for the change of its harmonics, in units of colour, and what
+// SplatShare tells of its shape.
 struct ColorEquations {
   Matrix4f products = Matrix4f::Zero();
   Eigen::Matrix<float, 4, 3> right = Eigen::Matrix<float, 4, 3>::Zero();
+  Eigen::Vector2f shape_slope = Eigen::Vector2f::Zero(), shape_curvature = Eigen::Vector2f::Zero();
 };
 
 const Vector4f kHarmonicUnits(kConstantHarmonic, kLinearHarmonic, kLinearHarmonic, kLinearHarmonic);
@@ -41,9 +49,22 @@ void Correct(const ColorEquations& equations, Gaussian& gaussian) {
   for (int h = 0; h < 4; ++h) gaussian.harmonics[At(h)] += change.row(h).transpose() / kHarmonicUnits[h];
 }
 
+void Reshape(const ColorEquations& equations, Gaussian& gaussian) {
+  const float weight = equations.products(0, 0);
+  if (!(weight > 0)) return;
+  const float staying = kShapeContrast * kShapeContrast * weight + kShapeStaying;
+  const Eigen::Array2f change =
+      (equations.shape_slope.array() / (equations.shape_curvature.array() + staying))
+          .max(-kLargestShapeStep)
+          .min(kLargestShapeStep);
+  gaussian.opacity = std::clamp(gaussian.opacity + change[0], kLeastOpacity, kMostOpacity);
+  gaussian.scale *= std::exp(change[1]);
+}
+
 // Corrects the Gaussians from `first` to `end`.
 void CorrectSome(const std::vector<SplatComparison>& comparisons, const std::vector<Vector3f>& centers,
-                 std::size_t first, std::size_t end, Gaussians& gaussians, std::vector<float>& weights) {
+                 std::size_t first, std::size_t end, Gaussians& gaussians, std::vector<float>& weights,
+                 bool with_shapes) {
   std::vector<ColorEquations> equations(end - first);
   for (std::size_t v = 0; v < comparisons.size(); ++v) {
     const auto& shares = comparisons[v].shares;
@@ -55,10 +76,15 @@ void CorrectSome(const std::vector<SplatComparison>& comparisons, const std::vec
       ColorEquations& own = equations[share->gaussian - first];
       own.products += share->weight * basis * basis.transpose();
       own.right += basis * share->difference.transpose();
+      own.shape_slope += share->shape_slope;
+      own.shape_curvature += share->shape_curvature;
       weights[share->gaussian] += share->weight;
     }
   }
-  for (std::size_t i = first; i < end; ++i) Correct(equations[i - first], gaussians[i]);
+  for (std::size_t i = first; i < end; ++i) {
+    Correct(equations[i - first], gaussians[i]);
+    if (with_shapes) Reshape(equations[i - first], gaussians[i]);
+  }
 }
 
 }  // namespace
@@ -72,14 +98,15 @@ ColorFitSummary FitColors(const std::vector<ColorFitView>& views, Gaussians& gau
   std::size_t done = 0;
   for (int round = 0; round < options.rounds; ++round) {
     double squared_error = 0, values = 0;
+    const bool with_shapes = options.shapes && round > 0 && round + 1 < options.rounds;
     summary.weights.assign(gaussians.size(), 0);
     for (std::size_t batch = 0; batch < batches; ++batch) {
       std::vector<const ColorFitView*> chosen;
       for (std::size_t v = batch; v < views.size(); v += batches) chosen.push_back(&views[v]);
       std::vector<SplatComparison> comparisons(chosen.size());
       ParallelFor(chosen.size(), [&](std::size_t i) {
-        comparisons[i] =
-            CompareSplats(gaussians, chosen[i]->camera, chosen[i]->cam_from_world, chosen[i]->photograph);
+        comparisons[i] = CompareSplats(gaussians, chosen[i]->camera, chosen[i]->cam_from_world,
+                                       chosen[i]->photograph, with_shapes);
       });
       std::vector<Vector3f> centers;
       for (const ColorFitView* view : chosen)
@@ -87,7 +114,7 @@ ColorFitSummary FitColors(const std::vector<ColorFitView>& views, Gaussians& gau
       constexpr std::size_t kSome = 4096;
       ParallelFor((gaussians.size() + kSome - 1) / kSome, [&](std::size_t part) {
         CorrectSome(comparisons, centers, part * kSome, std::min(gaussians.size(), (part + 1) * kSome),
-                    gaussians, summary.weights);
+                    gaussians, summary.weights, with_shapes);
       });
       for (const SplatComparison& comparison : comparisons) {
         squared_error += comparison.squared_error;

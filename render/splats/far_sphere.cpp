@@ -57,6 +57,12 @@ CubeCell CellOf(const Vector3d& direction, int across) {
   return {2 * axis + (length < 0 ? 1 : 0), place(1), place(2)};
 }
 
+std::uint64_t NumberOf(const CubeCell& cell, int across) {
+  const auto n = static_cast<std::uint64_t>(across);
+  return (static_cast<std::uint64_t>(cell.face) * n + static_cast<std::uint64_t>(cell.row)) * n +
+         static_cast<std::uint64_t>(cell.column);
+}
+
 // Returns the direction through a place of a face, 0 to `across`.
 Vector3d DirectionAt(int face, double column, double row, int across) {
   Vector3d direction;
@@ -73,23 +79,22 @@ struct MeanColor {
 };
 using FarCells = std::map<std::uint64_t, MeanColor>;  // by the cell's number, so that its order is fixed
 
-FarCells CellsOf(const std::vector<SplatView>& views, const FarSphere& sphere, int across) {
+// The colours that views show there, of pixels that have no Gaussian yet or of one in each `step` x `step`.
+FarCells CellsOf(const std::vector<SplatView>& views, const FarSphere& sphere, int across, bool only_open,
+                 int step = 1) {
   std::unordered_map<std::uint64_t, MeanColor> found;
   for (const SplatView& view : views) {
     const Vector3d from = view.cam_from_world.OriginInSource() - sphere.center;
-    for (int y = 0; y < view.done.rows; ++y)
-      for (int x = 0; x < view.done.cols; ++x) {
-        if (view.done.at<std::uint8_t>(y, x) != 0 || view.IsGap(x, y)) continue;
+    for (int y = 0; y < view.done.rows; y += step)
+      for (int x = 0; x < view.done.cols; x += step) {
+        if ((only_open && view.done.at<std::uint8_t>(y, x) != 0) || view.IsGap(x, y)) continue;
         const Vector3d ray =
             view.cam_from_world.DirectionInSource(PinholeRay(view.camera, x, y)).normalized();
         const double along = from.dot(ray);
         const double length =
             -along + std::sqrt(along * along + sphere.radius * sphere.radius - from.squaredNorm());
         const CubeCell cell = CellOf(from + length * ray, across);
-        const auto n = static_cast<std::uint64_t>(across);
-        MeanColor& mean =
-            found[(static_cast<std::uint64_t>(cell.face) * n + static_cast<std::uint64_t>(cell.row)) * n +
-                  static_cast<std::uint64_t>(cell.column)];
+        MeanColor& mean = found[NumberOf(cell, across)];
         mean.sum += cv::Vec3d(view.means[0].at<cv::Vec3b>(y, x));
         ++mean.count;
       }
@@ -115,6 +120,25 @@ Gaussian GaussianOf(std::uint64_t number, const MeanColor& mean, const FarSphere
   return FlatGaussian(kGroundForm, cell);
 }
 
+// Adds the cells beside these, with the mean of their colours.
+void Grow(FarCells& cells, int across) {
+  const auto n = static_cast<std::uint64_t>(across);
+  FarCells grown;
+  for (const auto& [number, mean] : cells) {
+    const int face = static_cast<int>(number / (n * n)), row = static_cast<int>(number / n % n),
+              column = static_cast<int>(number % n);
+    for (const auto& [x, y] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+      // Beyond a face's edge the direction falls on the face beside it.
+      const std::uint64_t beside =
+          NumberOf(CellOf(DirectionAt(face, column + x + 0.5, row + y + 0.5, across), across), across);
+      if (cells.contains(beside)) continue;
+      grown[beside].sum += mean.sum / mean.count;
+      ++grown[beside].count;
+    }
+  }
+  cells.merge(grown);
+}
+
 }  // namespace
 
 std::size_t AddFarSphere(const std::vector<SplatView>& views, std::size_t most, Gaussians& gaussians) {
@@ -127,11 +151,22 @@ std::size_t AddFarSphere(const std::vector<SplatView>& views, std::size_t most, 
   int across = 1;
   do {
     across = std::max(1, static_cast<int>(2 * finest / cell_px));
-    cells = CellsOf(views, sphere, across);
+    cells = CellsOf(views, sphere, across, true);
     cell_px *= kCoarser;
   } while (cells.size() > room && across > 1);
   if (cells.size() > room) return 0;
   for (const auto& [number, mean] : cells) gaussians.push_back(GaussianOf(number, mean, sphere, across));
+  return cells.size();
+}
+
+std::size_t AddBackdrop(const std::vector<SplatView>& views, std::size_t most, Gaussians& gaussians) {
+  constexpr int kAcross = 40, kGrown = 8, kStep = 8;  // cells of 2 degrees; 18 degrees beyond what is shown
+  FarSphere sphere = SphereAround(views, gaussians);
+  sphere.radius *= kBeyond;
+  FarCells cells = CellsOf(views, sphere, kAcross, false, kStep);
+  for (int i = 0; i < kGrown; ++i) Grow(cells, kAcross);
+  if (gaussians.size() + cells.size() > most) return 0;
+  for (const auto& [number, mean] : cells) gaussians.push_back(GaussianOf(number, mean, sphere, kAcross));
   return cells.size();
 }
 

@@ -14,4 +14,8 @@ namespace ulf::render {
 // more.
 std::size_t AddFarSphere(const std::vector<SplatView>& views, std::size_t most, Gaussians& gaussians);
 
+// Adds coarse Gaussians behind all others, in the directions that views show and some degrees beyond, as far
+// as there may be `most`, and returns how many. They give places that no view shows about the right colour.
+std::size_t AddBackdrop(const std::vector<SplatView>& views, std::size_t most, Gaussians& gaussians);
+
 }  // namespace ulf::render

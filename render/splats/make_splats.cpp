@@ -1,7 +1,7 @@
 #include "render/splats/make_splats.h"
 
 #include <algorithm>
-#include <optional>
+#include <cmath>
 #include <vector>
 
 #include "core/base/error.h"
@@ -24,16 +24,33 @@ std::vector<ColorFitView> ViewsToFit(const std::vector<SplatView>& views) {
   return to_fit;
 }
 
+// The backdrop is there for pictures that nobody took yet, and stays.
 void RemoveUnseen(const std::vector<float>& weights, PlacedGaussians& placed) {
-  const std::size_t first_around = placed.gaussians.size() - placed.around;
+  const std::size_t first_behind = placed.gaussians.size() - placed.behind;
+  const std::size_t first_around = first_behind - placed.around;
   Gaussians seen;
   placed.around = 0;
   for (std::size_t i = 0; i < placed.gaussians.size(); ++i) {
-    if (weights[i] < kLeastWeight_px) continue;
+    if (weights[i] < kLeastWeight_px && i < first_behind) continue;
     seen.push_back(placed.gaussians[i]);
-    placed.around += i >= first_around;
+    placed.around += i >= first_around && i < first_behind;
   }
   placed.gaussians = std::move(seen);
+}
+
+// Where there would be too many, cells are those of smaller pictures.
+PlacedGaussians PlaceWithin(const std::vector<SplatView>& views, const PlacingOptions& options) {
+  constexpr double kRoom = 0.95;     // of the count, to which the next try comes
+  constexpr double kSmaller = 0.95;  // at least, from try to try
+  std::vector<SplatView> here = views;
+  double size_px = LongestSide(views);
+  for (;;) {
+    PlacedGaussians placed = PlaceGaussians(here, options);
+    if (!(placed.too_many > 0)) return placed;
+    size_px *= std::min(kSmaller, std::sqrt(kRoom / placed.too_many));
+    if (size_px < 1) throw Error("{} Gaussians are too few to show the scene; allow more", options.most);
+    here = Reduced(views, static_cast<int>(size_px));
+  }
 }
 
 }  // namespace
@@ -44,23 +61,16 @@ Splats MakeSplats(const RenderScene& scene, const SplatOptions& options) {
       if (options.progress) options.progress(from + (to - from) * share, what);
     };
   };
-  std::vector<SplatView> views;
-  std::optional<PlacedGaussians> found;
-  // Beside edges a cell is a pixel: few Gaussians suffice for small pictures only.
-  constexpr double kSmaller = 0.7;
-  for (double size_px = options.size_px; !found; size_px *= kSmaller) {
-    if (size_px < 1) throw Error("{} Gaussians are too few to show the scene; allow more", options.most);
-    views =
-        MakeSplatViews(scene, options.views, static_cast<int>(size_px), show(0, kViewsShare, "photographs"));
-    found = PlaceGaussians(views, {.most = options.most,
-                                   .has_background = !scene.is_cut_out,
-                                   .progress = show(kViewsShare, kPlacesShare, "places")});
-  }
-  PlacedGaussians& placed = *found;
+  const std::vector<SplatView> views =
+      MakeSplatViews(scene, options.views, options.most_px, show(0, kViewsShare, "photographs"));
+  PlacedGaussians placed = PlaceWithin(views, {.most = options.most,
+                                               .has_background = !scene.is_cut_out,
+                                               .progress = show(kViewsShare, kPlacesShare, "places")});
   const ColorFitSummary fit =
       FitColors(ViewsToFit(views), placed.gaussians, {.progress = show(kPlacesShare, 1, "colours")});
   RemoveUnseen(fit.weights, placed);
-  return {std::move(placed.gaussians), placed.around, static_cast<int>(views.size()), fit.psnr_db.back()};
+  return {std::move(placed.gaussians), placed.around + placed.behind, static_cast<int>(views.size()),
+          fit.psnr_db.back()};
 }
 
 }  // namespace ulf::render

@@ -13,8 +13,8 @@ namespace ulf::render {
 
 struct SplatOptions {
   std::size_t most = 1000000;  // Gaussians
-  int size_px = 1024;          // longer side of the photographs that are compared. Guessed.
   int views = 96;              // that are used, spread over all. Guessed.
+  double most_px = 75e6;       // of their pictures together; larger photographs are reduced. Guessed.
   std::function<void(double share, const std::string& what)> progress = {};  // may throw to stop
 };
 

@@ -1,7 +1,7 @@
 #include "render/splats/placing.h"
 
 #include <algorithm>
-#include <atomic>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -22,8 +22,7 @@ constexpr float kRoughlyAgreeing = 12;  // the same of the rest
 constexpr float kFlatCell = 1;          // steps by which the surface may leave a cell's plane at its corners
 constexpr float kFinerBy = 1.5f;      // a view that shows the cell this much larger gets Gaussians of its own
 constexpr float kLeastCosine = 0.2f;  // of the angle between a ray and the surface's normal
-constexpr int kFirstRoughness = 3;    // levels of 255
-constexpr double kRougher = 1.5;      // factor where there are too many Gaussians
+constexpr int kRoughness = 4;         // levels of 255 by which a photograph may differ within a cell
 constexpr double kAroundShare = 0.15;  // of all Gaussians, at most
 
 // A view with what projections into it need, in single precision.
@@ -47,13 +46,16 @@ struct FastView {
   Vector3f InWorld(const Vector3f& in_cam) const { return rotation.transpose() * (in_cam - translation); }
 };
 
-// A cell, and the uncertainty of 1 / depth in its view, times the squared depth.
+// A cell, the uncertainty of 1 / depth in its view, times the squared depth, and the cell's size there.
 struct SurfacePatch : SurfaceCell {
-  float tolerance = 0;
+  float tolerance = 0, here_px = 0;
 };
 
-// The rest is ground for pixels that it left out, because the maps are too inexact there to agree.
-enum class Layer { kGround, kDetail, kRest };
+// In the order in which they are placed. The rest is for pixels that the layer before it left out, because no
+// other map says the same there, or the maps are too inexact to agree.
+enum class Layer { kDetail, kRestOfDetail, kGround, kRestOfGround };
+constexpr std::array<Layer, 4> kLayers{Layer::kDetail, Layer::kRestOfDetail, Layer::kGround,
+                                       Layer::kRestOfGround};
 constexpr int kGroundLevel = 2;  // cells of 4 x 4 pixels; larger ones where the photograph is smooth
 // The ground lies behind the surface by this share of its cell's size, so that it comes after the details.
 constexpr float kBehind = 0.75f;
@@ -101,32 +103,36 @@ Vector2f SpanInImage(const FastView& view, const Vector3f& in_cam, const Vector3
 
 class Placing {
  public:
-  Placing(std::vector<SplatView>& views, const PlacingOptions& options, int roughness)
-      : options_(options), roughness_(roughness) {
+  Placing(std::vector<SplatView>& views, const PlacingOptions& options) : options_(options) {
     for (SplatView& view : views) views_.emplace_back(view);
   }
 
-  // Adds a layer; returns false once there are more than `most` Gaussians.
-  bool Place(Layer layer, std::size_t most, Gaussians& gaussians) {
-    layer_ = layer;
-    if (layer != Layer::kRest)
+  // Adds a layer, or a part of it with which there are more than `most` Gaussians.
+  void Place(Layer layer, std::size_t most, Gaussians& gaussians) {
+    is_rest_ = layer == Layer::kRestOfDetail || layer == Layer::kRestOfGround;
+    is_detail_ = layer == Layer::kDetail || layer == Layer::kRestOfDetail;
+    if (!is_rest_)
       for (const FastView& view : views_) view.view->done.setTo(0);
     for (std::size_t v = 0; v < views_.size(); ++v) {
       const std::vector<SurfacePatch> patches = PatchesOf(v);
       for (const SurfacePatch& patch : patches) gaussians.push_back(GaussianOf(patch));
-      if (gaussians.size() > most) return false;
+      if (gaussians.size() > most) return;
+      if (options_.progress) options_.progress(ShareDone(layer, v));
       ParallelFor(views_.size(), [&](std::size_t w) {
         for (const SurfacePatch& patch : patches) MarkIn(w, v, patch);
       });
     }
-    return true;
   }
 
  private:
-  float Steps() const { return layer_ == Layer::kRest ? kRoughlyAgreeing : kAgreeing; }
+  double ShareDone(Layer layer, std::size_t v) const {
+    const double views = static_cast<double>(v) / static_cast<double>(views_.size());
+    return (static_cast<double>(layer) + views) / static_cast<double>(kLayers.size());
+  }
+  float Steps() const { return is_rest_ ? kRoughlyAgreeing : kAgreeing; }
 
   Gaussian GaussianOf(const SurfacePatch& patch) const {
-    if (layer_ == Layer::kDetail) return FlatGaussian(kDetailForm, patch);
+    if (is_detail_) return FlatGaussian(kDetailForm, patch);
     SurfaceCell ground = patch;
     ground.point -= kBehind * std::max(patch.across.norm(), patch.down.norm()) * patch.normal;
     return FlatGaussian(kGroundForm, ground);
@@ -135,8 +141,9 @@ class Placing {
   // Returns the cell's piece of surface; none without depth.
   std::optional<SurfacePatch> PatchAt(const FastView& of, float x, float y, int size) const {
     const Vector3f ray = of.RayAt(x, y);
-    const auto plane = of.view->surface.At(ray.x(), ray.y());
+    auto plane = of.view->surface.At(ray.x(), ray.y());
     if (!plane) return std::nullopt;
+    if (is_rest_) plane->by_x = plane->by_y = 0;  // it faces the view: slopes of inexact maps tear pictures
     const float depth = 1 / plane->inverse_depth;
     Vector3f normal(plane->by_x, plane->by_y,
                     plane->inverse_depth - plane->by_x * ray.x() - plane->by_y * ray.y());
@@ -155,7 +162,8 @@ class Placing {
     patch.across = of.rotation.transpose() * along({1 / of.fx, 0, 0});
     patch.down = of.rotation.transpose() * along({0, 1 / of.fy, 0});
     patch.normal = of.rotation.transpose() * -normal;
-    patch.size_px = static_cast<float>(size);
+    patch.here_px = static_cast<float>(size);
+    patch.size_px = of.view->reduced * patch.here_px;
     patch.tolerance = of.view->surface.step() * depth * depth;
     return patch;
   }
@@ -191,8 +199,7 @@ class Placing {
       const float ratio = reading.in_cam.z() / depth;
       change += ratio * ratio * reading.change;
     }
-    const bool is_confirmed =
-        layer_ == Layer::kRest ? agreeing >= through : agreeing > 0 && agreeing > through;
+    const bool is_confirmed = is_rest_ ? agreeing >= through : agreeing > 0 && agreeing > through;
     if (views_.size() > 1 && !is_confirmed) return false;
     const float scale = 1 / (1 + depth * change / static_cast<float>(agreeing + 1));
     patch.point = views_[v].center + scale * (patch.point - views_[v].center);
@@ -218,12 +225,12 @@ class Placing {
     const float middle_x = static_cast<float>(x) + 0.5f * static_cast<float>(size);
     const float middle_y = static_cast<float>(y) + 0.5f * static_cast<float>(size);
     const bool is_smooth =
-        level > 0 && view.roughness[At(level)].at<std::uint8_t>(y >> level, x >> level) <= roughness_;
-    if (layer_ == Layer::kDetail && level == kGroundLevel && is_smooth) return;  // the ground shows it
+        level > 0 && view.roughness[At(level)].at<std::uint8_t>(y >> level, x >> level) <= kRoughness;
+    if (is_detail_ && level == kGroundLevel && is_smooth) return;  // the ground shows it
     // The ground reaches as far beyond its cell again.
-    const float reach = (layer_ != Layer::kDetail ? 1.25f : 0.5f) * static_cast<float>(size);
+    const float reach = (is_detail_ ? 0.5f : 1.25f) * static_cast<float>(size);
     const bool may_be_whole =
-        layer_ != Layer::kDetail ? level <= kGroundLevel || is_smooth : level < kGroundLevel && is_smooth;
+        is_detail_ ? level < kGroundLevel && is_smooth : level <= kGroundLevel || is_smooth;
     const bool whole = level == 0 || (may_be_whole && 2 * open >= size * size && inside == size * size &&
                                       !has_gap && IsFlat(of, middle_x, middle_y, reach));
     if (!whole) {
@@ -251,14 +258,17 @@ class Placing {
     return patches;
   }
 
+  // What is inexact is shown as one view has it: several versions would mix.
+  bool Shows(Vote vote) const { return vote == Vote::kAgrees || (is_rest_ && vote == Vote::kSeesThrough); }
+
   // Marks the pixels of view `w` that a Gaussian of view `v` shows.
   void MarkIn(std::size_t w, std::size_t v, const SurfacePatch& patch) {
     const FastView& other = views_[w];
     const PatchReading reading = ReadPatch(other, patch, Steps(), false);
-    if (w != v && reading.vote != Vote::kAgrees) return;
+    if (w != v && !Shows(reading.vote)) return;
     const Vector2f across = SpanInImage(other, reading.in_cam, patch.across);
     const Vector2f down = SpanInImage(other, reading.in_cam, patch.down);
-    if (w != v && std::max(across.norm(), down.norm()) > kFinerBy * patch.size_px) return;
+    if (w != v && std::max(across.norm(), down.norm()) > kFinerBy * patch.here_px) return;
     const Vector2f half = 0.5f * (across.cwiseAbs() + down.cwiseAbs());
     const Vector2f at(other.fx * reading.in_cam.x() / reading.in_cam.z() + other.cx,
                       other.fy * reading.in_cam.y() / reading.in_cam.z() + other.cy);
@@ -277,32 +287,31 @@ class Placing {
   }
 
   const PlacingOptions& options_;
-  int roughness_;
-  Layer layer_ = Layer::kGround;
+  bool is_rest_ = false, is_detail_ = false;  // the layer that is placed
   std::vector<FastView> views_;
 };
 
 }  // namespace
 
-std::optional<PlacedGaussians> PlaceGaussians(std::vector<SplatView>& views, const PlacingOptions& options) {
+PlacedGaussians PlaceGaussians(std::vector<SplatView>& views, const PlacingOptions& options) {
+  constexpr double kCounted = 4;  // times as many as may be: those beyond are not even counted
   const double share = options.has_background ? 1 - kAroundShare : 1;
-  const auto most = static_cast<std::size_t>(share * static_cast<double>(options.most));
-  constexpr int kMostRoughness = 256;
+  const double most = share * static_cast<double>(options.most);
+  const auto most_counted = static_cast<std::size_t>(kCounted * most);
   PlacedGaussians placed;
-  bool fits = false;
-  for (double roughness = kFirstRoughness; roughness < kMostRoughness; roughness *= kRougher) {
-    if (options.progress) options.progress(roughness / kMostRoughness);
-    placed.roughness = static_cast<int>(roughness);
+  Placing placing(views, options);
+  // The ground comes last, so that `done` says what it covers.
+  for (const Layer layer : kLayers)
+    if (placed.gaussians.size() <= most_counted) placing.Place(layer, most_counted, placed.gaussians);
+  if (const auto count = static_cast<double>(placed.gaussians.size()); count > most) {
     placed.gaussians.clear();
-    Placing placing(views, options, placed.roughness);
-    // The ground comes last, so that `done` says what it covers.
-    fits = placing.Place(Layer::kDetail, most, placed.gaussians) &&
-           placing.Place(Layer::kGround, most, placed.gaussians) &&
-           placing.Place(Layer::kRest, most, placed.gaussians);
-    if (fits) break;
+    placed.too_many = count / most;
+    return placed;
   }
-  if (!fits) return std::nullopt;
-  if (options.has_background) placed.around = AddFarSphere(views, options.most, placed.gaussians);
+  if (options.has_background) {
+    placed.around = AddFarSphere(views, options.most, placed.gaussians);
+    placed.behind = AddBackdrop(views, options.most, placed.gaussians);
+  }
   if (placed.gaussians.empty())
     throw Error("no Gaussian can be placed: the depth maps of the views agree nowhere");
   return placed;

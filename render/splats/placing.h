@@ -3,11 +3,14 @@
 // there. Cells of the ground have 4 x 4 pixels, 8 x 8 where the photograph is smooth, and fewer beside edges,
 // over which they would reach. Details have 1 or 2 x 2 pixels, where the photograph is not smooth. A Gaussian
 // shows the pixels of all views whose maps agree with its place, unless they see the place more finely. One
-// that more maps see through than confirm is left out: it would float in the air beside an edge. Pixels that
-// remain get ground where the maps agree roughly.
+// that more maps see through than confirm is left out: it would float in the air beside an edge.
+//
+// The rest, pixels that one view alone sees or whose maps agree only roughly, gets the same two layers
+// afterwards, of Gaussians that face their view: whatever the depth is worth, it shows its photograph there.
 //
 // Directions in which no Gaussian was placed, because the maps hold nothing there that the views agree on,
-// get Gaussians on a sphere around everything.
+// get Gaussians on a sphere around everything. Coarse ones stand behind it, so that what no view shows is not
+// black.
 #pragma once
 
 #include <cstddef>
@@ -27,13 +30,13 @@ struct PlacingOptions {
 };
 
 struct PlacedGaussians {
-  Gaussians gaussians;
-  std::size_t around = 0;  // the last ones, on the sphere
-  int roughness = 0;       // levels of 255 by which a photograph may differ within a cell
+  Gaussians gaussians;     // none if there would be too many
+  std::size_t around = 0;  // of them on the sphere
+  std::size_t behind = 0;  // the last ones, on the backdrop; those of the sphere are before them
+  double too_many = 0;     // how many times there would be more than may be; 0 if they are few enough
 };
 
-// Sets the views' `done`. Returns none where no roughness keeps to the count: the views' pictures are too
-// large. Throws Error if there are none to place.
-std::optional<PlacedGaussians> PlaceGaussians(std::vector<SplatView>& views, const PlacingOptions& options);
+// Sets the views' `done`. Throws Error if there are none to place.
+PlacedGaussians PlaceGaussians(std::vector<SplatView>& views, const PlacingOptions& options);
 
 }  // namespace ulf::render

@@ -178,6 +178,14 @@ inline float FastExp(float x) {
   return power * std::bit_cast<float>((static_cast<std::int32_t>(whole) + 127) << 23);
 }
 
+// Returns the natural logarithm of 0 < x <= 1, to 1e-2.
+inline float FastLog(float x) {
+  const auto bits = std::bit_cast<std::int32_t>(x);
+  const float mantissa = std::bit_cast<float>((bits & 0x7fffff) | 0x3f800000);  // 1 to 2
+  const float by_two = static_cast<float>((bits >> 23) - 127) - 1.7f + mantissa * (2.05f - 0.35f * mantissa);
+  return std::min(0.0f, 0.69314718f * by_two);
+}
+
 // Blends the splats of one tile.
 class TileBlend {
  public:
@@ -294,6 +302,75 @@ void AddTile(const cv::Rect& area, const TileBlend& blend, const cv::Mat& photog
   }
 }
 
+// How the picture changes with the opacities and sizes of a tile's splats.
+class TileShapes {
+ public:
+  void Add(const cv::Rect& area, const TileBlend& blend, const cv::Mat& photograph,
+           const std::vector<Splat>& splats, std::vector<SplatShare>& sums) {
+    Begin(area, blend, photograph);
+    for (const TileBlend::Part& part : blend.parts())
+      AddPart(part, blend.WeightsOf(part), splats[part.index]);
+    const Entry* entry = entries_.data();
+    for (const TileBlend::Part& part : blend.parts()) {
+      SplatShare& sum = sums[part.index];
+      for (int y = part.top; y < part.bottom; ++y)
+        for (int x = part.left; x < part.right; ++x, ++entry) {
+          sum.shape_slope += entry->off * entry->by_shape;
+          sum.shape_curvature += entry->size * At(x, y).sizes * entry->by_shape;
+        }
+    }
+  }
+
+ private:
+  struct Pixel {
+    Vector3f behind, difference;  // what is drawn from here backwards, and what lacks
+    float clear, sizes;           // transmittance from the front; the sum of all derivatives' sizes
+    bool counts;
+  };
+  struct Entry {
+    Eigen::Vector2f by_shape;  // the change of alpha
+    float size, off;           // of the colour's derivative by alpha; times the difference
+  };
+
+  Pixel& At(int x, int y) { return pixels_[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)]; }
+
+  void Begin(const cv::Rect& area, const TileBlend& blend, const cv::Mat& photograph) {
+    entries_.clear();
+    const int channels = photograph.channels();
+    for (int y = 0; y < area.height; ++y) {
+      const std::uint8_t* bgr = photograph.ptr<std::uint8_t>(area.y + y) + channels * area.x;
+      for (int x = 0; x < area.width; ++x, bgr += channels) {
+        const Vector3f drawn = blend.Color(x, y);
+        At(x, y) = {drawn, Vector3f(bgr[2], bgr[1], bgr[0]) / 255.0f - drawn, 1, 0,
+                    channels < 4 || bgr[3] == 255};
+      }
+    }
+  }
+
+  void AddPart(const TileBlend::Part& part, const float* weight, const Splat& splat) {
+    const float resized = std::max(0.0f, 1 - 0.5f * kLowPass * (splat.a + splat.c));
+    for (int y = part.top; y < part.bottom; ++y)
+      for (int x = part.left; x < part.right; ++x, ++weight) {
+        Entry& entry = entries_.emplace_back(Entry{Eigen::Vector2f::Zero(), 0, 0});
+        if (!(*weight > 0)) continue;
+        Pixel& pixel = At(x, y);
+        const float alpha = std::min(kMostAlpha, *weight / pixel.clear);
+        pixel.behind -= *weight * splat.color;
+        const Vector3f by_alpha = pixel.clear * splat.color - pixel.behind / (1 - alpha);
+        pixel.clear -= *weight;
+        if (!pixel.counts || alpha >= kMostAlpha) continue;
+        const float relative = alpha / splat.opacity;
+        entry.by_shape = {relative, -2 * alpha * resized * FastLog(relative)};
+        entry.size = by_alpha.norm();
+        entry.off = by_alpha.dot(pixel.difference);
+        pixel.sizes += entry.size * entry.by_shape.sum();
+      }
+  }
+
+  std::array<std::array<Pixel, kTile>, kTile> pixels_;
+  std::vector<Entry> entries_;
+};
+
 }  // namespace
 
 SplatPicture DrawSplats(const Gaussians& gaussians, const CameraModel& camera, const Rigid3& cam_from_world) {
@@ -314,14 +391,16 @@ SplatPicture DrawSplats(const Gaussians& gaussians, const CameraModel& camera, c
 }
 
 SplatComparison CompareSplats(const Gaussians& gaussians, const CameraModel& camera,
-                              const Rigid3& cam_from_world, const cv::Mat& photograph) {
+                              const Rigid3& cam_from_world, const cv::Mat& photograph, bool with_shapes) {
   const SplatTiles tiles(gaussians, camera, cam_from_world);
   SplatComparison comparison;
   std::vector<SplatShare> sums(tiles.splats().size());
   TileBlend blend;
+  TileShapes shapes;
   tiles.ForEachTile([&](const cv::Rect& area, const std::uint32_t* indices, std::size_t count) {
     blend.Blend(area, indices, count, tiles.splats(), true);
     AddTile(area, blend, photograph, sums, comparison);
+    if (with_shapes) shapes.Add(area, blend, photograph, tiles.splats(), sums);
   });
   for (std::size_t i = 0; i < sums.size(); ++i) {
     if (!(sums[i].weight > 0)) continue;

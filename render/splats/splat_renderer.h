@@ -30,6 +30,10 @@ struct SplatShare {
   std::uint32_t gaussian = 0;
   float weight = 0;
   Eigen::Vector3f difference = Eigen::Vector3f::Zero();  // R G B, display-encoded
+  // Where shapes are asked for, of its opacity and of the logarithm of its size: the sums over its pixels of
+  // the picture's derivative times the difference, and of the derivative's size times that of all Gaussians
+  // of the pixel together. Their ratio is a step that does not overshoot when all take theirs.
+  Eigen::Vector2f shape_slope = Eigen::Vector2f::Zero(), shape_curvature = Eigen::Vector2f::Zero();
 };
 
 struct SplatComparison {
@@ -41,6 +45,6 @@ struct SplatComparison {
 // Draws the picture and compares it with `photograph`: CV_8UC3, or CV_8UC4 with 0 where there is nothing to
 // compare, of the camera's size.
 SplatComparison CompareSplats(const Gaussians& gaussians, const CameraModel& camera,
-                              const Rigid3& cam_from_world, const cv::Mat& photograph);
+                              const Rigid3& cam_from_world, const cv::Mat& photograph, bool with_shapes);
 
 }  // namespace ulf::render

@@ -23,7 +23,7 @@ inline constexpr SplatForm kGroundForm{0.75f, 0.98f}, kDetailForm{0.57f, 0.6f};
 // A cell of a picture on a surface.
 struct SurfaceCell {
   Eigen::Vector3f point, across, down, normal;  // world: the middle, its two spans, the unit normal
-  float size_px = 1;                            // in the picture
+  float size_px = 1;                            // in the pictures that are compared
   cv::Vec3b bgr;                                // 8-bit sRGB
 };
 

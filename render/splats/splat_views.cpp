@@ -54,6 +54,29 @@ SurfaceMap SurfaceOf(const SceneView& view, const Proxy& proxy) {
   return SurfaceMap(MakeViewDepthMap(camera, inverse_depth, most > 0 ? kOwnMapStep * most : 1));
 }
 
+// Returns the longer side that all pictures may have so that they have no more than `most_px` together.
+int SizeWithin(const std::vector<Undistortion>& undistortions, double most_px) {
+  int longest = 1;
+  for (const Undistortion& one : undistortions) longest = std::max({longest, one.to.width, one.to.height});
+  const auto pixels = [&](int size_px) {
+    double sum = 0;
+    for (const Undistortion& one : undistortions) {
+      const CameraModel camera = Within(one.to, size_px);
+      sum += 1.0 * camera.width * camera.height;
+    }
+    return sum;
+  };
+  int least = 1;
+  while (least < longest) {
+    const int middle = (least + longest + 1) / 2;
+    if (pixels(middle) <= most_px)
+      least = middle;
+    else
+      longest = middle - 1;
+  }
+  return least;
+}
+
 // Fills the means of cells and how far the photograph is from them.
 void MeasureCells(SplatView& view) {
   cv::Mat bgr = view.photograph;
@@ -86,19 +109,27 @@ void MeasureCells(SplatView& view) {
 
 }  // namespace
 
-std::vector<SplatView> MakeSplatViews(const RenderScene& scene, int most, int size_px,
+int LongestSide(const std::vector<SplatView>& views) {
+  int longest = 0;
+  for (const SplatView& view : views) longest = std::max({longest, view.camera.width, view.camera.height});
+  return longest;
+}
+
+std::vector<SplatView> MakeSplatViews(const RenderScene& scene, int most, double most_px,
                                       const std::function<void(double share)>& progress) {
   const std::vector<std::size_t> order = SpreadOrder(scene, At(most));
+  std::vector<Undistortion> undistortions;
+  for (const std::size_t v : order) undistortions.push_back(UndistortionOf(scene.views[v]));
+  const int size_px = SizeWithin(undistortions, most_px);
   std::vector<SplatView> views(order.size());
   Mutex mutex;
   std::size_t done = 0;
   ParallelFor(order.size(), [&](std::size_t i) {
     const SceneView& view = scene.views[order[i]];
-    const Undistortion undistortion = UndistortionOf(view);
     SplatView& made = views[i];
-    made.camera = Within(undistortion.to, size_px);
+    made.camera = Within(undistortions[i].to, size_px);
     made.cam_from_world = view.cam_from_world;
-    made.photograph = EvenPicture(view, undistortion, made.camera);
+    made.photograph = EvenPicture(view, undistortions[i], made.camera);
     made.surface = SurfaceOf(view, *scene.proxy);
     made.done = cv::Mat::zeros(made.photograph.size(), CV_8U);
     MeasureCells(made);
@@ -106,6 +137,23 @@ std::vector<SplatView> MakeSplatViews(const RenderScene& scene, int most, int si
     if (progress) progress(static_cast<double>(++done) / static_cast<double>(order.size()));
   });
   return views;
+}
+
+std::vector<SplatView> Reduced(const std::vector<SplatView>& views, int size_px) {
+  std::vector<SplatView> reduced(views.size());
+  ParallelFor(views.size(), [&](std::size_t i) {
+    const SplatView& view = views[i];
+    SplatView& made = reduced[i];
+    made.camera = Within(view.camera, size_px);
+    made.cam_from_world = view.cam_from_world;
+    made.reduced = static_cast<float>(view.camera.width) / static_cast<float>(made.camera.width);
+    cv::resize(view.photograph, made.photograph, {made.camera.width, made.camera.height}, 0, 0,
+               cv::INTER_AREA);
+    made.surface = view.surface;
+    made.done = cv::Mat::zeros(made.photograph.size(), CV_8U);
+    MeasureCells(made);
+  });
+  return reduced;
 }
 
 }  // namespace ulf::render

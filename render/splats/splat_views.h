@@ -23,6 +23,7 @@ struct SplatView {
   CameraModel camera;  // without distortion
   Rigid3 cam_from_world;
   cv::Mat photograph;  // EvenPicture()
+  float reduced = 1;   // how many times a larger picture of the view has its width (Reduced())
   SurfaceMap surface;
   std::array<cv::Mat, kCellSizes> means;      // CV_8UC3: the mean colour of each cell, by size
   std::array<cv::Mat, kCellSizes> roughness;  // CV_8U: how far the cell is from what its and its neighbours'
@@ -35,9 +36,14 @@ struct SplatView {
   }
 };
 
-// Returns up to `most` views, each far from those before it. `size_px` limits the pictures' longer side. The
-// scene's proxy must have a mesh. Throws Error if a photograph cannot be read.
-std::vector<SplatView> MakeSplatViews(const RenderScene& scene, int most, int size_px,
+// Returns up to `most` views, each far from those before it. Their pictures are as large as their photographs,
+// or all smaller, so that they have no more than `most_px` together. The scene's proxy must have a mesh.
+// Throws Error if a photograph cannot be read.
+std::vector<SplatView> MakeSplatViews(const RenderScene& scene, int most, double most_px,
                                       const std::function<void(double share)>& progress);
+// Returns the longer side of the largest picture.
+int LongestSide(const std::vector<SplatView>& views);
+// Returns the same views with pictures whose longer side has at most `size_px`; no pixel is `done`.
+std::vector<SplatView> Reduced(const std::vector<SplatView>& views, int size_px);
 
 }  // namespace ulf::render

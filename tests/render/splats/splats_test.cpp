@@ -17,6 +17,7 @@
 #include "render/splats/color_fit.h"
 #include "render/splats/make_splats.h"
 #include "render/splats/splat_renderer.h"
+#include "tests/render/scenes/held_photograph.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
 
@@ -73,7 +74,7 @@ TEST(SplatRenderer, SharesSumToTheOpacity) {
   const CameraModel camera = CameraModel::Pinhole(50, 40, 50);
   const Gaussians balls{Ball({0.3f, 0, 2}, 0.2f, {1, 0.5f, 0}), Ball({0, 0.2f, 3}, 0.5f, {0, 1, 0})};
   const SplatPicture picture = DrawSplats(balls, camera, Rigid3{});
-  const SplatComparison comparison = CompareSplats(balls, camera, Rigid3{}, Bytes(picture));
+  const SplatComparison comparison = CompareSplats(balls, camera, Rigid3{}, Bytes(picture), false);
   ASSERT_EQ(comparison.shares.size(), 2u);
   EXPECT_NEAR(comparison.shares[0].weight + comparison.shares[1].weight, cv::sum(picture.opacity)[0], 0.05);
   EXPECT_EQ(comparison.pixels, 50 * 40);
@@ -104,6 +105,37 @@ TEST(ColorFit, FindsColoursThatDependOnDirection) {
             40);
   // Without change by direction it would be a difference of 0.1 from side to side.
   EXPECT_NEAR(fitted[4].harmonics[3].z(), -0.5f, 0.2f);
+}
+
+// Opacities and sizes that were guessed are found again, as far as the pictures tell them.
+TEST(ColorFit, FindsOpacitiesAndSizes) {
+  Gaussians truth;
+  for (int i = 0; i < 25; ++i) {
+    const auto column = static_cast<float>(i % 5 - 2), row = static_cast<float>(i / 5 - 2);
+    truth.push_back(Ball({0.2f * column, 0.2f * row, 0}, i % 2 == 0 ? 0.08f : 0.05f,
+                         {0.9f, 0.2f + 0.02f * static_cast<float>(i), 0.3f}, i % 3 == 0 ? 0.95f : 0.5f));
+    truth.push_back(Ball({0.2f * column, 0.2f * row, -0.3f}, 0.09f, {0.1f, 0.3f, 0.8f}, 0.9f));
+  }
+  const CameraModel camera = CameraModel::Pinhole(96, 72, 80);
+  std::vector<ColorFitView> views;
+  for (const Vector3d& place : test::CapViewpoints(12, 0.6, 2.0)) {
+    const Rigid3 pose = LookAt(place, Vector3d::Zero(), Vector3d::UnitY());
+    views.push_back({camera, pose, Bytes(DrawSplats(truth, camera, pose))});
+  }
+  const auto begin = [&] {
+    Gaussians guessed = truth;
+    for (Gaussian& gaussian : guessed) {
+      gaussian.scale = Vector3f::Constant(0.065f);
+      gaussian.opacity = 0.75f;
+    }
+    return guessed;
+  };
+  Gaussians fitted = begin(), only_colors = begin();
+  const double db = FitColors(views, fitted, {.rounds = 12}).psnr_db.back();
+  const double colors_db = FitColors(views, only_colors, {.rounds = 12, .shapes = false}).psnr_db.back();
+  EXPECT_GT(db, colors_db + 5);
+  EXPECT_GT(fitted[0].scale.x(), 0.07f);
+  EXPECT_LT(fitted[2].scale.x(), 0.06f);
 }
 
 // The drawn scene, its mesh as proxy, without its first view.
@@ -154,18 +186,53 @@ TEST(MakeSplats, TakesOutDistortion) {
   EXPECT_GT(compared.splats_db, compared.mesh_db - 3);
 }
 
-TEST(MakeSplats, KeepsToTheCount) {
+// Fewer Gaussians are coarser everywhere: no part of the picture is left to the background.
+TEST(MakeSplats, AreCoarserWithEveryCount) {
   const DrawnScene drawn = DrawScene(true);
   const Splats many = MakeSplats(*drawn.scene, {});
-  const double all_db = Compare(drawn, many.gaussians, true).splats_db;
-  for (const std::size_t most : {many.gaussians.size() / 2, many.gaussians.size() / 6}) {
+  double last_db = Compare(drawn, many.gaussians, true).splats_db;
+  for (const std::size_t share : {2u, 4u}) {
+    const std::size_t most = many.gaussians.size() / share;
     const Splats few = MakeSplats(*drawn.scene, {.most = most});
     EXPECT_LE(few.gaussians.size(), most);
-    EXPECT_GT(few.gaussians.size(), most / 8);
+    EXPECT_GT(few.gaussians.size(), most / 2) << share;
     const double db = Compare(drawn, few.gaussians, true).splats_db;
-    EXPECT_LT(db, all_db);
-    EXPECT_GT(db, 20) << "what is left shows the scene, and not the background alone";
+    EXPECT_LT(db, last_db + 0.5) << share;
+    EXPECT_GT(db, last_db - 4) << share;
+    last_db = db;
   }
+}
+
+// A viewer that comes twice as near shows the surface, not dots with gaps between them.
+TEST(MakeSplats, StayClosedFromNearer) {
+  const DrawnScene drawn = DrawScene(false);
+  const Splats splats = MakeSplats(*drawn.scene, {.most = 8000});
+  CameraModel camera = drawn.left_out.camera;
+  camera.fx *= 2;
+  camera.fy *= 2;
+  const Rigid3& pose = drawn.left_out.cam_from_world;
+  const cv::Mat truth = test::PhotographOfPlane(camera, pose, false);
+  const double near_db = Psnr(Bytes(DrawSplats(splats.gaussians, camera, pose)), truth);
+  EXPECT_GT(near_db, Compare(drawn, splats.gaussians, false).splats_db - 1.5);
+}
+
+// Each part of the plane is in the picture of one view alone, so that no other map confirms its own.
+TEST(MakeSplats, ShowWhatOneViewAloneSaw) {
+  const auto all = test::MakeScene({.viewpoints = {{-1.6, 0, 2}, {0, 0, 2}, {1.6, 0, 2}, {0.05, 0, 2}},
+                                    .width = 160,
+                                    .height = 120,
+                                    .focal_px = 140});
+  RenderScene turned = *all;
+  for (SceneView& view : turned.views) {  // straight down
+    view.cam_from_world = LookAt(view.center_in_world, {view.center_in_world.x(), 0, 0}, Vector3d::UnitY());
+    view.photograph =
+        test::HoldPhotograph(MakePyramid(test::PhotographOfPlane(view.camera, view.cam_from_world)));
+  }
+  const auto proxy = std::make_shared<MeshProxy>(turned.subject, test::PlaneAndSquare());
+  const DrawnScene drawn{WithProxy(*Without(turned, {3}), proxy), turned.views[3]};
+  const Splats splats = MakeSplats(*drawn.scene, {});
+  const Compared compared = Compare(drawn, splats.gaussians, false);
+  EXPECT_GT(compared.splats_db, compared.mesh_db - 3);
 }
 
 // Where the mesh ends, views still show something.

@@ -61,13 +61,13 @@ async function prepare(plan, file) {
         for (let c = 0; c < 3; ++c) text += String.fromCharCode(rgba[4 * (y * width + x) + c]);
     return btoa(text);
   };
-  const pause = (ms) => new Promise((done) => setTimeout(done, ms));
   const scene = new THREE.Scene();
   const { SparkRenderer, SplatMesh } = await import("spark");
   // As Inria's rasteriser: 0.3 px squared are added and opacities stay (Spark's own way is for Gaussians that were
   // trained with antialiasing), depths are sorted along the axis, and places have 32 bits.
   const spark = new SparkRenderer({
     renderer, preBlurAmount: 0.3, blurAmount: 0, accumExtSplats: true, sortRadial: false, maxStdDev: 3.33,
+    autoUpdate: false, enableLod: false,
   });
   scene.add(spark);
   const bytes = new Uint8Array(await (await fetch(file)).arrayBuffer());
@@ -78,10 +78,8 @@ async function prepare(plan, file) {
   window.splatCount = mesh.splats?.getNumSplats?.() ?? mesh.numSplats;
   window.draw = async (view) => {
     place(view);
-    for (let i = 0; i < 4; ++i) {
-      renderer.render(scene, camera);
-      await pause(300);
-    }
+    scene.updateMatrixWorld();
+    await spark.update({ scene, camera }); // returns when all are sorted for this camera
     renderer.render(scene, camera);
     return pixels();
   };
