@@ -251,6 +251,17 @@ TEST(MakeSplats, FillsWhatGeometryLacks) {
   }
 }
 
+// A picture that reaches ten degrees beyond all photographs shows about the right colours there.
+TEST(MakeSplats, AreNotBlackWhereNobodyLooked) {
+  const DrawnScene drawn = DrawScene(false);
+  const Splats splats = MakeSplats(*drawn.scene, {});
+  CameraModel camera = drawn.left_out.camera;
+  camera.fx = camera.fy = 90;
+  const SplatPicture picture = DrawSplats(splats.gaussians, camera, drawn.left_out.cam_from_world);
+  EXPECT_GT(cv::mean(picture.opacity)[0], 0.97);
+  EXPECT_GT(Psnr(Bytes(picture), test::PhotographOfPlane(camera, drawn.left_out.cam_from_world)), 15);
+}
+
 // The same numbers, whatever the threads.
 TEST(MakeSplats, AreTheSameEveryTime) {
   const DrawnScene drawn = DrawScene(true);
