@@ -10,18 +10,15 @@
 #include <map>
 #include <optional>
 
-#include "acquisition/simulator/simulated_camera.h"
 #include "core/base/progress.h"
-#include "core/light_field/folder/light_field_io.h"
-#include "core/light_field/folder/light_field_writer.h"
 #include "render/fields/field_options.h"
 #include "render/quality/choice.h"
 #include "render/quality/evaluate.h"
 #include "render/stereo/proxy_builder.h"
+#include "tests/charts/left_out_sets.h"
 #include "tests/measure/runner.h"
 #include "tests/measure/table.h"
 #include "tests/support/floors.h"
-#include "tests/support/pose_readers.h"
 #include "tests/support/test_paths.h"
 
 namespace ulf::test {
@@ -44,51 +41,14 @@ const std::vector<std::pair<std::string, FieldOptions>>& Fields() {
   return fields;
 }
 
-struct Set {
-  std::string name = {};
-  LightField light_field = {};
-  SceneOptions options = {};
-};
-
-// A scan of the simulated studio with the sensor's noise and exact poses.
-LightField Simulated(const fs::path& dir) {
-  const SimulatedCamera camera(SimulationOptions::FromUri(DeviceUri::Parse(kSimulated)));
-  CaptureHeader header;
-  header.camera = camera.camera();
-  auto writer = LightFieldWriter::Create(dir, header);
-  constexpr int kViews = 200, kFramesBetween = 6;
-  for (int i = 0; i < kViews; ++i) {
-    const Frame frame = camera.Capture(static_cast<std::uint64_t>(i) * kFramesBetween);
-    View view;
-    view.cam_from_world = frame.known_cam_from_world.value();
-    writer.AddView(frame, view);
-  }
-  writer.SetSubject(camera.scene().subject());
-  writer.SetUp(Eigen::Vector3d::UnitZ());
-  writer.Close(1);
-  return ReadLightField(dir);
-}
+using Set = LeftOutSet;
 
 std::optional<Set> Find(const std::string& name, const fs::path& work) {
-  Set set;
-  set.name = name;
-  if (name == "simulator") {
-    set.light_field = Simulated(work / name);
-    return set;
-  }
-  const auto dir = TestData(name);
-  if (!dir) return std::nullopt;
-  set.light_field =
-      name == "temple_ring" ? MiddleburyLightField(*dir, "templeR_par.txt") : ReadLightField(*dir);
-  if (name == "shop_grid_even") set.options = {.subject = Subject{{0, 0, -8.12}, 1.5}, .size_limit_px = 640};
-  return set;
+  if (name == "simulator") return Set{name, SimulatedScan({.uri = kSimulated}, work / name)};
+  return FoundSet(name, work);
 }
 
-std::vector<int> LeftOut(const Set& set) {
-  std::vector<int> left_out;
-  for (int i = 0; i < static_cast<int>(set.light_field.views.size()); i += kEvery) left_out.push_back(i);
-  return left_out;
-}
+std::vector<int> LeftOut(const Set& set) { return EveryView(set.light_field, kEvery); }
 
 // Made without the views that are left out.
 std::shared_ptr<const TriangleMesh> Mesh(const Set& set) {

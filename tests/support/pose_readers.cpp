@@ -28,6 +28,21 @@ Eigen::Quaterniond RotationOf(const Eigen::Matrix3d& matrix, const std::string& 
 
 }  // namespace
 
+LightField LightFieldOf(const std::filesystem::path& folder, const std::vector<TrueView>& views) {
+  LightField light_field;
+  light_field.root = folder;
+  for (const TrueView& from : views) {
+    View view;
+    view.id = static_cast<int>(light_field.views.size()) + 1;
+    view.image_path = std::filesystem::relative(from.image, folder).string();
+    view.camera = static_cast<int>(light_field.cameras.size());
+    view.cam_from_world = from.cam_from_world;
+    light_field.cameras.push_back(from.camera);
+    light_field.views.push_back(view);
+  }
+  return light_field;
+}
+
 std::vector<TrueView> ReadMiddlebury(const std::filesystem::path& folder, const std::string& par_file) {
   std::ifstream file(folder / par_file);
   std::vector<TrueView> views;
@@ -56,18 +71,7 @@ std::vector<TrueView> ReadMiddlebury(const std::filesystem::path& folder, const 
 }
 
 LightField MiddleburyLightField(const std::filesystem::path& folder, const std::string& par_file) {
-  LightField light_field;
-  light_field.root = folder;
-  for (const TrueView& from : ReadMiddlebury(folder, par_file)) {
-    View view;
-    view.id = static_cast<int>(light_field.views.size()) + 1;
-    view.image_path = std::filesystem::relative(from.image, folder).string();
-    view.camera = static_cast<int>(light_field.cameras.size());
-    view.cam_from_world = from.cam_from_world;
-    light_field.cameras.push_back(from.camera);
-    light_field.views.push_back(view);
-  }
-  return light_field;
+  return LightFieldOf(folder, ReadMiddlebury(folder, par_file));
 }
 
 std::vector<TrueView> ReadStrecha(const std::filesystem::path& folder) {

@@ -16,6 +16,9 @@ struct TrueView {
   Rigid3 cam_from_world;
 };
 
+// A light field of these photographs, which stay where they are, below `folder`.
+LightField LightFieldOf(const std::filesystem::path& folder, const std::vector<TrueView>& views);
+
 // Reads a file with one line for each image: name, K by rows, R by rows, t of the projection K [R t], with
 // the image's origin at the top left. There principal points count from integer pixel centres. The pictures
 // of the copy that tests use are all the same way up, also those that the gantry took upside down (their x
