@@ -27,6 +27,7 @@
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/geometry_state.h"
 #include "render/proxy/mesh_file.h"
+#include "render/proxy/mesh_resolution.h"
 #include "render/proxy/proxy_choice.h"
 #include "render/quality/choice.h"
 #include "render/stereo/proxy_builder.h"
@@ -40,8 +41,9 @@ struct ProxyArgs {
   std::string from;
   std::string out;
   int leave_out_every = 0;
-  std::string maps;     // the folder of swept maps
-  std::string maps_of;  // the share to sweep; empty: fuse all
+  std::string maps;        // the folder of swept maps
+  std::string maps_of;     // the share to sweep; empty: fuse all
+  int most_triangles = 0;  // 0: those of `options` or, of a mesh of another program, as many as pictures show
   render::ProxyOptions options;
   std::string renderer = "auto";
   bool no_maps = false;
@@ -78,11 +80,20 @@ void Print(const ProxyArgs& args, const render::ProxyMesh& proxy, const std::str
              summary.surface_s, PeakMemoryMib());
 }
 
-render::ProxyMesh Imported(const std::string& file, const std::string& dir) {
-  render::MeshReading reading = render::ReadMeshFile(file);
-  if (const std::string dropped = reading.Dropped(); !dropped.empty()) spdlog::warn("{}: {}", file, dropped);
-  RequireMeshOfLightField(file, reading.mesh, dir);
-  return {std::move(reading.mesh), {}, {}};
+render::ProxyMesh Imported(const ProxyArgs& args, const LightField& light_field) {
+  render::MeshReading reading = render::ReadMeshFile(args.from);
+  if (const std::string dropped = reading.Dropped(); !dropped.empty())
+    spdlog::warn("{}: {}", args.from, dropped);
+  const std::size_t triangles = reading.mesh.triangles.size();
+  const std::size_t most =
+      args.most_triangles > 0 ? static_cast<std::size_t>(args.most_triangles) : render::kMostTrianglesShown;
+  render::TriangleMesh mesh = render::Simplified(reading.mesh, light_field.subject, most);
+  if (mesh.triangles.size() < triangles)
+    spdlog::info("{}: made coarser from {} to {}, {} (--triangles)", args.from,
+                 Counted(triangles, "triangle"), mesh.triangles.size(),
+                 args.most_triangles > 0 ? "as asked" : "because pictures show no more");
+  RequireMeshOfLightField(args.from, mesh, args.dir);
+  return {std::move(mesh), {}, {}};
 }
 
 std::shared_ptr<const render::RenderScene> SceneFor(const ProxyArgs& args, const LightField& light_field) {
@@ -172,8 +183,7 @@ int RunProxy(const ProxyArgs& args) {
   const LightField light_field = ReadLightField(args.dir);
   if (!args.maps_of.empty()) return SweepMaps(args, light_field);
   RequireWritable(out);
-  const render::ProxyMesh proxy =
-      args.from.empty() ? Built(args, light_field) : Imported(args.from, args.dir);
+  const render::ProxyMesh proxy = args.from.empty() ? Built(args, light_field) : Imported(args, light_field);
   const bool tells_views = args.from.empty() && args.leave_out_every == 0;
   const auto origin =
       tells_views ? render::OriginComments("ulf proxy", light_field) : std::vector<std::string>{};
@@ -217,9 +227,9 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
                   "Number of views with which each of them is compared")
       ->check(CLI::Range(1, 32))
       ->capture_default_str();
-  sub->add_option("--triangles", args->options.mesh.most_triangles, "Largest number of triangles, about")
-      ->check(CLI::Range(100, 20000000))
-      ->capture_default_str();
+  sub->add_option("--triangles", args->most_triangles,
+                  "Largest number of triangles, about (400000; with --from 1000000)")
+      ->check(CLI::Range(100, 20000000));
   auto* maps = sub->add_option(
       "--maps", args->maps,
       "Fuse the depth maps of this folder, which --maps-of made, in place of comparing photographs");
@@ -240,6 +250,7 @@ void AddProxyCommand(CLI::App& app, ChosenCommand& chosen) {
   sub->callback([&chosen, args] {
     args->options.device =
         args->renderer == "gl" ? render::SweepDevice::kGl : render::SweepDevice::kProcessor;
+    if (args->most_triangles > 0) args->options.mesh.most_triangles = args->most_triangles;
     chosen = [args] { return RunProxy(*args); };
   });
 }

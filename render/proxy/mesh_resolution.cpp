@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <unordered_map>
+#include <unordered_set>
 
 namespace ulf::render {
 namespace {
@@ -48,6 +48,20 @@ Vector3d PlaceOf(const GridCell& cell, double cell_size) {
   return middle + step;
 }
 
+// A triangle by the cells of its corners, the smallest first.
+using CellTriangle = std::array<std::uint64_t, 3>;
+struct HashOfCells {
+  std::size_t operator()(const CellTriangle& cells) const {
+    std::uint64_t hash = 0;
+    for (const std::uint64_t cell : cells) {
+      hash = (hash ^ cell) * 0x9e3779b97f4a7c15ull;
+      hash ^= hash >> 32;
+    }
+    return hash;
+  }
+};
+using CellTriangles = std::unordered_set<CellTriangle, HashOfCells>;
+
 class Grid {
  public:
   Grid(const TriangleMesh& mesh, const MeshSimplification& options) : mesh_(mesh), options_(options) {
@@ -80,11 +94,11 @@ class Grid {
       cell.sum += mesh_.vertices[i].cast<double>();
       ++cell.points;
     }
-    std::set<std::array<std::uint64_t, 3>> kept;
-    std::vector<std::array<std::uint64_t, 3>> in_order;
+    CellTriangles kept;
+    std::vector<CellTriangle> in_order;
     for (const auto& triangle : mesh_.triangles) {
       std::array<Vector3d, 3> corner;
-      std::array<std::uint64_t, 3> at{};
+      CellTriangle at{};
       for (std::size_t k = 0; k < 3; ++k) {
         corner[k] = mesh_.vertices[triangle[k]].cast<double>();
         at[k] = cell_of[triangle[k]];
@@ -120,16 +134,18 @@ class Grid {
     return result;
   }
 
-  std::size_t TrianglesWith(double size) const {
+  // Counts no further than is needed to tell.
+  bool HasMoreThan(std::size_t most, double size) const {
     const std::vector<std::uint64_t> cell_of = CellsOf(size);
-    std::set<std::array<std::uint64_t, 3>> kept;
+    CellTriangles kept;
+    kept.reserve(most + 1);
     for (const auto& triangle : mesh_.triangles) {
-      std::array<std::uint64_t, 3> at{cell_of[triangle[0]], cell_of[triangle[1]], cell_of[triangle[2]]};
+      CellTriangle at{cell_of[triangle[0]], cell_of[triangle[1]], cell_of[triangle[2]]};
       if (at[0] == at[1] || at[1] == at[2] || at[2] == at[0]) continue;
       std::rotate(at.begin(), std::ranges::min_element(at), at.end());
-      kept.insert(at);
+      if (kept.insert(at).second && kept.size() > most) return true;
     }
-    return kept.size();
+    return false;
   }
 
  private:
@@ -147,7 +163,7 @@ TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& opti
   constexpr double kNear = 1.02;   // ratio of two sizes that count as equal
   while (coarse > kNear * fine) {
     const double size = std::sqrt(fine * coarse);
-    (grid.TrianglesWith(size) > options.most_triangles ? fine : coarse) = size;
+    (grid.HasMoreThan(options.most_triangles, size) ? fine : coarse) = size;
   }
   return grid.With(coarse);
 }
@@ -158,6 +174,15 @@ TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t most_triangles) {
   for (const Eigen::Vector3f& vertex : mesh.vertices) box.extend(vertex);
   return Simplified(mesh, {.center_in_world = box.center().cast<double>(),
                            .even_within = std::max(1e-30, 0.5 * static_cast<double>(box.diagonal().norm())),
+                           .most_triangles = most_triangles});
+}
+
+TriangleMesh Simplified(const TriangleMesh& mesh, const std::optional<Subject>& subject,
+                        std::size_t most_triangles) {
+  constexpr double kEvenRadii = 2;  // Guessed.
+  if (!subject || !(subject->radius > 0)) return Simplified(mesh, most_triangles);
+  return Simplified(mesh, {.center_in_world = subject->center_in_world,
+                           .even_within = kEvenRadii * subject->radius,
                            .most_triangles = most_triangles});
 }
 

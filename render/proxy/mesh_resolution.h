@@ -8,8 +8,10 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
+#include "core/light_field/light_field.h"
 #include "render/proxy/triangle_mesh.h"
 
 namespace ulf::render {
@@ -25,6 +27,13 @@ struct MeshSimplification {
 TriangleMesh Simplified(const TriangleMesh& mesh, const MeshSimplification& options);
 // Does the same with cells of one size everywhere.
 TriangleMesh Simplified(const TriangleMesh& mesh, std::size_t most_triangles);
+// Does the same with cells of one size around the subject; everywhere without one.
+TriangleMesh Simplified(const TriangleMesh& mesh, const std::optional<Subject>& subject,
+                        std::size_t most_triangles);
+
+// Meshes of other programs with more triangles are made coarser: no picture shows more, and each costs time
+// in every picture.
+inline constexpr std::size_t kMostTrianglesShown = 1'000'000;
 
 // Refines a mesh: in each round, edges longer than `most_slope` times the distance from their middle to the
 // nearest view are halved, until there are none, or at least `most_triangles`. Triangles that share an edge

@@ -12,6 +12,7 @@
 #include "core/light_field/folder/light_field_io.h"
 #include "render/proxy/depth_map_files.h"
 #include "render/proxy/mesh_file.h"
+#include "render/proxy/mesh_resolution.h"
 #include "render/proxy/mesh_world.h"
 #include "render/proxy/plane_search.h"
 #include "render/proxy/planes_proxy.h"
@@ -52,6 +53,18 @@ std::shared_ptr<const TriangleMesh> TrianglesFrom(const std::filesystem::path& f
   if (const std::string dropped = reading.Dropped(); !dropped.empty())
     spdlog::warn("{}: {}", file.string(), dropped);
   return std::make_shared<TriangleMesh>(std::move(reading.mesh));
+}
+
+// Makes a mesh of another program coarser that has more triangles than pictures show.
+std::shared_ptr<const TriangleMesh> ShownTriangles(std::shared_ptr<const TriangleMesh> mesh,
+                                                   const std::string& name, const Subject& subject,
+                                                   const std::filesystem::path& light_field) {
+  if (mesh->triangles.size() <= kMostTrianglesShown) return mesh;
+  auto coarser = std::make_shared<TriangleMesh>(Simplified(*mesh, subject, kMostTrianglesShown));
+  spdlog::info("{}: made coarser, to {}, more than pictures show; '{}' takes the whole mesh in ({}, {})",
+               name, Counted(coarser->triangles.size(), "triangle"), ProxyCommand(light_field),
+               Parameter("from"), Parameter("triangles"));
+  return coarser;
 }
 
 std::shared_ptr<const Proxy> SoftFrom(const std::filesystem::path& light_field, const Subject& subject,
@@ -127,10 +140,9 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
   }
   const std::string ending = std::filesystem::path(name).extension().string();
   if (ending == ".ply" || ending == ".obj" || ending == ".PLY" || ending == ".OBJ") {
-    auto mesh = TrianglesFrom(name);
+    const auto mesh = ShownTriangles(TrianglesFrom(name), name, subject, light_field);
     if (!light_field.empty()) RequireMeshOfWorld(name, *mesh, ReadLightField(light_field));
-    return std::make_shared<MeshProxy>(subject, std::move(mesh),
-                                       std::filesystem::path(name).filename().string());
+    return std::make_shared<MeshProxy>(subject, mesh, std::filesystem::path(name).filename().string());
   }
   throw Refusal(Parameter("proxy"), name, "no such proxy",
                 "there are plane, plane:x,y,z,d, planes, points, mesh, soft, and PLY or OBJ files");

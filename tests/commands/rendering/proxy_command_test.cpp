@@ -338,6 +338,30 @@ TEST(ProxyCommand, TakesTheMiddleOfPointsForASubject) {
   EXPECT_GT(on_the_wall, 0.9 * static_cast<double>(mesh.vertices.size()));
 }
 
+TEST(ProxyCommand, TakesAsManyTrianglesAsPicturesShow) {
+  const test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string(), file = (scratch / "fine.ply").string();
+  test::WriteLightField(dir, PlaneSeenFrom({{0, 0, 2}}), true);
+  constexpr std::uint32_t kSide = 708;  // of a rolling ground
+  TriangleMesh fine;
+  for (std::uint32_t y = 0; y <= kSide; ++y)
+    for (std::uint32_t x = 0; x <= kSide; ++x) {
+      const float u = static_cast<float>(x) / kSide - 0.5f, v = static_cast<float>(y) / kSide - 0.5f;
+      fine.vertices.emplace_back(u, v, 0.05f * std::sin(20 * u) * std::cos(15 * v));
+      if (x == kSide || y == kSide) continue;
+      const std::uint32_t at = y * (kSide + 1) + x;
+      fine.triangles.push_back({at, at + 1, at + kSide + 1});
+      fine.triangles.push_back({at + 1, at + kSide + 2, at + kSide + 1});
+    }
+  WriteMeshPly(file, fine);
+  const auto coarser = RunUlf("proxy " + dir + " --from " + file);
+  ASSERT_EQ(coarser.exit_code, 0) << coarser.errors;
+  EXPECT_THAT(coarser.errors, HasSubstr("fine.ply: made coarser from 1002528 triangles to "));
+  const std::size_t kept = ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.size();
+  EXPECT_LE(kept, 1000000u);
+  EXPECT_GT(kept, 500000u);
+}
+
 TEST(ProxyCommand, SaysWhatIsMissing) {
   const test::ScratchFolder scratch;
   const auto field = [&](const std::string& name, const std::vector<Vector3d>& viewpoints, bool subject) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "render/proxy/mesh_resolution.h"
+#include "tests/measure/cpu_time.h"
 #include "tests/support/floors.h"
 
 namespace ulf::mesh_resolution_test {
@@ -48,6 +49,17 @@ TEST(MeshResolution, ACoarserBoxKeepsFacesAndCorners) {
   }
   EXPECT_NEAR(farthest, 1, 1e-3);  // a corner
   EXPECT_EQ(Simplified(fine, fine.triangles.size()).vertices.size(), fine.vertices.size());
+}
+
+TEST(MeshResolution, AMillionTrianglesCostAboutAsMuchAsReadingThem) {
+  const TriangleMesh fine = Box(300);
+  ASSERT_GT(fine.triangles.size(), 1000000u);
+  const double start_s = CpuSeconds();
+  VertexNormals(fine);
+  const double once_s = CpuSeconds() - start_s;
+  const TriangleMesh coarse = Simplified(fine, 20000);
+  EXPECT_LT(CpuSeconds() - start_s, 30 * once_s);
+  EXPECT_LE(coarse.triangles.size(), 20000u);
 }
 
 TEST(MeshSplit, AFinerMeshIsTheSameSurfaceWithoutCracks) {
