@@ -44,6 +44,10 @@ constexpr double kLeastCount = 3;           // corners around a cell that is jud
 constexpr double kWithoutShare = 0.4, kAgreeingShare = 0.6;
 constexpr double kLeastPartShare = 0.04;  // of the picture: a smaller part may be hidden by the scene itself
 constexpr double kLeastPartCorners = 10;
+constexpr double kMostChance = 1e-4;  // that as few are confirmed where nothing stands before the lens
+// Corners there that the view shows and a neighbour agrees with, over those that it should show: from this
+// share on the scene itself hides these.
+constexpr double kHidingShare = 0.25;
 constexpr double kLeastAgreeingShare = 0.01;  // of the picture
 constexpr int kLeastAgreeingCorners = 6;
 
@@ -103,9 +107,10 @@ class ObstructionSearch {
     });
   }
 
-  // Counts expected and confirmed corners by cell (CV_32F each).
+  // Counts by cell (CV_32F each) expected corners, those of them that are confirmed, and the view's own
+  // corners about which it agrees with a neighbour.
   struct Counts {
-    cv::Mat expected, confirmed;
+    cv::Mat expected, confirmed, own;
     double ConfirmedShare() const { return cv::sum(confirmed)[0] / std::max(1.0, cv::sum(expected)[0]); }
   };
   Counts CountIn(int view, const cv::Mat& mask) const {
@@ -113,7 +118,7 @@ class ObstructionSearch {
     const int rows =
         std::max(1, static_cast<int>(std::lround(1.0 * kObstructionColumns * lens.height / lens.width)));
     Counts counts{cv::Mat::zeros(rows, kObstructionColumns, CV_32F),
-                  cv::Mat::zeros(rows, kObstructionColumns, CV_32F)};
+                  cv::Mat::zeros(rows, kObstructionColumns, CV_32F), OwnCorners(view, rows)};
     std::set<std::pair<int, int>> known;  // views and their corners
     for (const std::vector<PairCorner>& corners : corners_)
       for (const PairCorner& corner : corners) {
@@ -138,6 +143,22 @@ class ObstructionSearch {
   }
 
  private:
+  cv::Mat OwnCorners(int view, int rows) const {
+    cv::Mat own = cv::Mat::zeros(rows, kObstructionColumns, CV_32F);
+    std::set<int> known;
+    for (const std::vector<PairCorner>& corners : corners_)
+      for (const PairCorner& corner : corners) {
+        if (corner.view[0] != view && corner.view[1] != view) break;
+        const int i = corner.corner[corner.view[0] == view ? 0 : 1];
+        if (!known.insert(i).second) continue;
+        const auto cell = static_cast<int>(CellOf(
+            scene_.view(view).features[i].img, scene_.LensOf(scene_.view(view)), kObstructionColumns, rows));
+        float& count = own.at<float>(cell / kObstructionColumns, cell % kObstructionColumns);
+        count = std::min(count + 1, static_cast<float>(kMostInCell));
+      }
+    return own;
+  }
+
   static bool IsMasked(const cv::Mat& mask, const CameraModel& lens, const Vector2d& img) {
     if (mask.empty()) return false;
     const int x = std::clamp(static_cast<int>(img.x() * mask.cols / lens.width), 0, mask.cols - 1),
@@ -236,6 +257,16 @@ double SumIn(const cv::Mat& counts, const cv::Mat& cells) {
   return cv::sum(chosen)[0];
 }
 
+// Returns the chance that at most `confirmed` of `expected` corners are, each with the chance `usual`.
+double ChanceOfSoFew(double confirmed, double expected, double usual) {
+  const auto of_count = [](double count) { return std::lgamma(count + 1); };
+  double chance = 0;
+  for (double k = 0; k <= confirmed; ++k)
+    chance += std::exp(of_count(expected) - of_count(k) - of_count(expected - k) + k * std::log(usual) +
+                       (expected - k) * std::log1p(-usual));
+  return chance;
+}
+
 // Returns the share of the picture that large parts without agreement have.
 double LargeParts(const ObstructionSearch::Counts& counts, const cv::Mat& without, double usual) {
   cv::Mat labels;
@@ -244,8 +275,13 @@ double LargeParts(const ObstructionSearch::Counts& counts, const cv::Mat& withou
   for (int i = 1; i < parts; ++i) {
     const cv::Mat part = labels == i;
     const double expected = SumIn(counts.expected, part), confirmed = SumIn(counts.confirmed, part);
+    if (getenv("DBGO"))
+      fprintf(stderr, "part %.3f expected %.0f confirmed %.0f own %.0f usual %.2f\n", ShareOf(part), expected,
+              confirmed, SumIn(counts.own, part), usual);
     if (ShareOf(part) >= kLeastPartShare && expected >= kLeastPartCorners &&
-        confirmed < kWithoutShare * usual * expected)
+        confirmed < kWithoutShare * usual * expected &&
+        ChanceOfSoFew(confirmed, expected, usual) < kMostChance &&
+        SumIn(counts.own, part) < kHidingShare * expected)
       share += ShareOf(part);
   }
   return share;
@@ -270,7 +306,8 @@ std::vector<ObstructedView> FindObstructedViews(const RefineScene& scene,
       shares.push_back(each.ConfirmedShare());
   std::vector<ObstructedView> obstructed;
   if (shares.empty()) return obstructed;
-  const double usual = Median(std::move(shares));
+  constexpr double kMostUsual = 0.95;  // some corners are missed by chance
+  const double usual = std::min(kMostUsual, Median(std::move(shares)));
   for (std::size_t v = 0; v < counts.size(); ++v) {
     if (counts[v].expected.empty()) continue;
     const cv::Mat without =

@@ -5,8 +5,9 @@
 // and projected into the view. It confirms a corner if it shows about there a corner with the same
 // descriptor, or a patch that looks as the neighbour's does when the poses warp it. Brightness and contrast
 // are free, so shadows and exposures do not matter. A view is obstructed if it confirms hardly any corner in
-// a large part of its picture, and confirms them as usual elsewhere: a blurred view or one of a wrong pose
-// confirms none.
+// a large part of its picture and shows hardly any there with which a neighbour agrees (otherwise the scene
+// itself hides them), and confirms them as usual elsewhere: a blurred view or one of a wrong pose confirms
+// none.
 //
 // Limits: where neighbours show nothing that can be matched, nothing is judged; what neighbours see from more
 // than some 25 degrees away is not compared.
