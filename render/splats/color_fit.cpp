@@ -22,7 +22,7 @@ constexpr float kEvenness = 0.01f;
 // A Gaussian that differs less from what is behind it keeps its shape, of full scale. Guessed.
 constexpr float kShapeContrast = 0.05f;
 constexpr float kShapeStaying = 0.003f;  // pixels of full contrast that speak for no change of a shape
-// Of a step, which is right for small changes only: of opacity, and of the logarithm of size.
+// A step is right for small changes only: those of opacity, and of the logarithm of size.
 constexpr float kLargestShapeStep = 0.2f;
 constexpr float kLeastOpacity = 0.02f, kMostOpacity = 0.98f;
 

@@ -1,10 +1,10 @@
 // Fits the colours of Gaussians to photographs by least squares, while their places stay. The pictures that
 // the Gaussians give are compared with the photographs, and each Gaussian takes up the differences of its
 // pixels, as reconstruction from projections does it (SIRT, Gilbert 1972). A Gaussian's share of the normal
-// equations is solved as a whole, four harmonics together; since the weights of a pixel sum to at most one, no
-// step overshoots. Hence colours are sharpened against the blur of the Gaussians, what hides a Gaussian from a
-// view is taken into account, and harmonics of degree 1 take up the change with direction, held back where the
-// views tell little of it.
+// equations is solved as a whole, four harmonics together; since the weights of a pixel sum to at most one,
+// no step overshoots. Hence colours are sharpened against the blur of the Gaussians, what hides a Gaussian
+// from a view is taken into account, and harmonics of degree 1 take up the change with direction, held back
+// where the views tell little of it.
 //
 // Opacities and sizes follow in the same way, in a few steps between the first round and the last: a Gaussian
 // that stands beside an edge or before what other views see there fades or shrinks.

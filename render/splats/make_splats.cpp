@@ -38,7 +38,7 @@ void RemoveUnseen(const std::vector<float>& weights, PlacedGaussians& placed) {
   placed.gaussians = std::move(seen);
 }
 
-// Where there would be too many, cells are those of smaller pictures.
+// Cells are those of smaller pictures if there would be too many.
 PlacedGaussians PlaceWithin(const std::vector<SplatView>& views, const PlacingOptions& options) {
   constexpr double kRoom = 0.95;     // of the count, to which the next try comes
   constexpr double kSmaller = 0.95;  // at least, from try to try

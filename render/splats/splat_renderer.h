@@ -30,9 +30,9 @@ struct SplatShare {
   std::uint32_t gaussian = 0;
   float weight = 0;
   Eigen::Vector3f difference = Eigen::Vector3f::Zero();  // R G B, display-encoded
-  // Where shapes are asked for, of its opacity and of the logarithm of its size: the sums over its pixels of
-  // the picture's derivative times the difference, and of the derivative's size times that of all Gaussians
-  // of the pixel together. Their ratio is a step that does not overshoot when all take theirs.
+  // If shapes are asked for, these belong to its opacity and to the logarithm of its size: the sums over its
+  // pixels of the picture's derivative times the difference, and of the derivative's size times that of all
+  // Gaussians of the pixel together. Their ratio is a step that does not overshoot when all take theirs.
   Eigen::Vector2f shape_slope = Eigen::Vector2f::Zero(), shape_curvature = Eigen::Vector2f::Zero();
 };
 

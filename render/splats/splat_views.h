@@ -36,9 +36,9 @@ struct SplatView {
   }
 };
 
-// Returns up to `most` views, each far from those before it. Their pictures are as large as their photographs,
-// or all smaller, so that they have no more than `most_px` together. The scene's proxy must have a mesh.
-// Throws Error if a photograph cannot be read.
+// Returns up to `most` views, each far from those before it. Their pictures are as large as their
+// photographs, or all smaller, so that they have no more than `most_px` together. The scene's proxy must
+// have a mesh. Throws Error if a photograph cannot be read.
 std::vector<SplatView> MakeSplatViews(const RenderScene& scene, int most, double most_px,
                                       const std::function<void(double share)>& progress);
 // Returns the longer side of the largest picture.

@@ -198,7 +198,8 @@ void LeaveOutRepetitions(const RefineScene& scene, UnguidedPair& pair) {
       scene.view(pair.second).cam_from_world * scene.view(pair.first).cam_from_world.Inverse();
   const std::vector<bool> by_poses = ExplainedBy(second_from_first, of_pair);
   const auto follow = static_cast<int>(std::ranges::count(by_poses, true));
-  if (2 * follow > matches || !IsNoChance(follow, matches, 0, of_pair.chance_by_line)) return;
+  if (Median(pair.errors_px) <= kMostFitErrorPx || !IsNoChance(follow, matches, 0, of_pair.chance_by_line))
+    return;
   const RelativePoseResult found =
       RelativePose(of_pair.rays, {.focal_px = of_pair.focal_px, .threshold_px = of_pair.threshold_px});
   if (!found.best_motion) return;
