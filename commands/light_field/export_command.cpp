@@ -64,16 +64,23 @@ void PrintPoints(const PointStatistics& points) {
 }
 
 // Only COLMAP has any.
-void PrintCommands(const std::vector<std::string>& commands) {
+void PrintCommands(const std::vector<std::string>& commands, const ColmapVersion& colmap) {
   if (commands.empty()) return;
-  fmt::print(
-      "COLMAP's own points under these poses (3.13 or later; 3.12 says SiftExtraction.num_threads, earlier "
-      "ones need neither):\n");
+  if (!colmap.number.empty())
+    fmt::print("COLMAP's own points under these poses (for COLMAP {}, which is installed here):\n",
+               colmap.number);
+  else
+    fmt::print(
+        "COLMAP's own points under these poses (for COLMAP 3.13 and later, because none is installed here; "
+        "3.12 says SiftExtraction.num_threads, earlier ones need no num_threads, and without a display or a "
+        "GPU add --FeatureExtraction.use_gpu 0 and --FeatureMatching.use_gpu 0, before 3.13 "
+        "--SiftExtraction.use_gpu 0 and --SiftMatching.use_gpu 0):\n");
   for (const std::string& command : commands) fmt::print("    {}\n", command);
 }
 
 void PrintText(const ExportArgs& args, const ExportSummary& summary, const MeasuredPoints& measured,
-               const ExportedDepths& depths, bool has_points) {
+               const ExportedDepths& depths, const ExportOptions& options) {
+  const bool has_points = HasPoints(options.form);
   const std::string how = summary.copied == 0 ? "all drawn anew"
                           : summary.made == 0 ? "all copied as they are"
                                               : fmt::format("{} of them copied as they are", summary.copied);
@@ -85,7 +92,11 @@ void PrintText(const ExportArgs& args, const ExportSummary& summary, const Measu
   fmt::print("{}", DepthsText(depths, summary.depths));
   fmt::print("{}", PointDoubtsText(measured));
   for (const std::string& doubt : summary.doubts) fmt::print("{}\n", doubt);
-  PrintCommands(summary.commands);
+  PrintCommands(summary.commands, options.colmap);
+}
+
+bool IsColmap(ExportForm form) {
+  return form == ExportForm::kColmapText || form == ExportForm::kColmapBinary;
 }
 
 int RunExport(const ExportArgs& args, ExportForm form) {
@@ -105,6 +116,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   ExportedDepths depths;
   if (args.depth) depths = DepthsOf(light_field, form);
   options.depths = depths.source;
+  if (IsColmap(form)) options.colmap = InstalledColmap();
   const auto light_words = SetLight(args, light_field, options);
   ExportedShutter shutter = ShutterOf(light_field, args.global_shutter, form);
   if (measures)
@@ -125,7 +137,7 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   std::ranges::move(light_words(summary), std::back_inserter(summary.doubts));
   if (!shutter.words.empty()) summary.doubts.push_back(shutter.words);
   if (!args.json) {
-    PrintText(args, summary, measured, depths, HasPoints(form));
+    PrintText(args, summary, measured, depths, options);
     return kOk;
   }
   nlohmann::ordered_json json{{"output", args.output},

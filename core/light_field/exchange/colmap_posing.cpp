@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <deque>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -31,6 +32,7 @@
 #include "core/image/files/raw_file.h"
 #include "core/image/image.h"
 #include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/exchange/writers/colmap_program.h"
 #include "core/light_field/folder/view_images.h"
 #include "core/light_field/formats/posed_set.h"
 #include "core/light_field/formats/set_format.h"
@@ -149,12 +151,6 @@ bool WriteMasks(const fs::path& folder, const std::vector<PictureToPose>& photog
   return true;
 }
 
-// An option under the names that it has had; the first one that the installed version knows is given.
-struct ColmapOption {
-  std::vector<std::string> names;
-  std::string value;
-};
-
 class Colmap {
  public:
   Colmap(fs::path photographs, StagedFolder& work, const std::function<bool()>& stop)
@@ -176,13 +172,7 @@ class Colmap {
           const std::function<void(const std::string&)>& see) {
     const std::set<std::string> known = OptionsOf(command);
     std::vector<std::string> arguments{command};
-    for (const ColmapOption& option : options) {
-      const auto name =
-          std::ranges::find_if(option.names, [&](const std::string& each) { return known.contains(each); });
-      if (name == option.names.end()) continue;
-      arguments.push_back("--" + *name);
-      arguments.push_back(option.value);
-    }
+    std::ranges::move(ColmapArguments(options, known), std::back_inserter(arguments));
     return Start(arguments, see);
   }
 
@@ -203,14 +193,10 @@ class Colmap {
   }
 
  private:
-  // Names are those of the command's own help, because they changed from version to version.
   std::set<std::string> OptionsOf(const std::string& command) {
     std::set<std::string> names;
     const int status = Start({command, "--" + std::string("help")}, [&](const std::string& line) {
-      const std::size_t begin = line.find("--");
-      if (begin == std::string::npos || line.find_first_not_of(' ') != begin) return;
-      const std::string name = line.substr(begin + 2);
-      names.insert(name.substr(0, name.find_first_of(" =")));
+      if (const auto name = OptionInHelp(line)) names.insert(*name);
     });
     if (names.empty())
       Fail(fmt::format("{} does not tell the options of {} ({})", program_.string(), command,
@@ -270,9 +256,8 @@ void ExtractFeatures(Colmap& colmap, const fs::path& work, const std::vector<Pic
                                    {{"image_list_path"}, list_file.string()},
                                    {{"ImageReader.single_camera"}, "1"},
                                    {{"ImageReader.camera_model"}, "SIMPLE_RADIAL"},
-                                   {{"SiftExtraction.use_gpu", "FeatureExtraction.use_gpu"}, "0"},
-                                   {{"SiftExtraction.num_threads", "FeatureExtraction.num_threads"},
-                                    fmt::format("{:.0f}", std::floor(threads))},
+                                   ExtractorGpu("0"),
+                                   ExtractorThreads(fmt::format("{:.0f}", std::floor(threads))),
                                    {{"SiftExtraction.max_image_size", "FeatureExtraction.max_image_size"},
                                     std::to_string(kLongerSide_px)},
                                    {{"SiftExtraction.max_num_features"}, std::to_string(kMostFeatures)}});
@@ -294,7 +279,7 @@ void ExtractFeatures(Colmap& colmap, const fs::path& work, const std::vector<Pic
 }
 
 void Match(Colmap& colmap, std::size_t photographs, std::vector<ColmapOption> options, Progress& progress) {
-  options.push_back({{"SiftMatching.use_gpu", "FeatureMatching.use_gpu"}, "0"});
+  options.push_back(MatcherGpu("0"));
   options.push_back({{"ExhaustiveMatching.block_size"}, "10"});  // the bar moves with every block
   const auto see = [&](const std::string& line) {
     if (const auto share = ShareIn(line))

@@ -148,9 +148,10 @@ void WritePictures(const ExportedPhotographs& pictures, std::size_t count, const
     summary.doubts.push_back(std::move(doubt));
 }
 
-void WriteColmap(const LightField& exported, bool binary, const fs::path& folder, const fs::path& out,
-                 ExportSummary& summary) {
-  ColmapFolder colmap = ColmapFolderOf(exported, binary, out);
+void WriteColmap(const LightField& exported, const ExportOptions& options, const fs::path& folder,
+                 const fs::path& out, ExportSummary& summary) {
+  ColmapFolder colmap =
+      ColmapFolderOf(exported, options.form == ExportForm::kColmapBinary, out, options.colmap);
   for (const auto& [path, contents] : colmap.files) {
     MakeFolder((folder / path).parent_path());
     WriteFileAtomically(folder / path, contents);
@@ -224,7 +225,7 @@ void WriteModel(const LightField& light_field, const LightField& exported, const
   switch (form) {
     case ExportForm::kColmapText:
     case ExportForm::kColmapBinary:
-      return WriteColmap(exported, form == ExportForm::kColmapBinary, folder, out, summary);
+      return WriteColmap(exported, options, folder, out, summary);
     case ExportForm::kNerfstudio:
     case ExportForm::kInstantNgp:
       return WriteTransforms(light_field, exported, options, folder);

@@ -11,6 +11,7 @@
 #include "core/geometry/camera_model.h"
 #include "core/geometry/rigid3.h"
 #include "core/image/undistortion.h"
+#include "core/light_field/exchange/writers/colmap_program.h"
 #include "core/light_field/light_field.h"
 
 namespace ulf {
@@ -66,6 +67,7 @@ struct ExportOptions {
   std::function<cv::Mat(const View& view)> even_light = {};
   std::optional<DepthSource> depths = {};  // none: no depth maps
   std::optional<Resampling> resampling = {};
+  ColmapVersion colmap = {};    // that the commands beside its folder are for
   EdgePosesOf edge_poses = {};  // for transforms.json of nerfstudio and instant-ngp; empty: none
   std::function<void(double share, const std::string& what)> progress = {};
   std::function<bool()> stop = {};  // polled; if true, the export throws Error and leaves nothing

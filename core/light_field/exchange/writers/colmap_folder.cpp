@@ -50,26 +50,27 @@ std::string LensOptions(const ColmapReconstruction::Camera& camera) {
                      fmt::join(camera.parameters, ","));
 }
 
-std::vector<std::string> CommandsFor(const ColmapReconstruction& model, const fs::path& out, bool has_masks) {
+std::vector<std::string> CommandsFor(const ColmapReconstruction& model, const fs::path& out, bool has_masks,
+                                     const ColmapVersion& colmap) {
   constexpr std::size_t kLeastImages = 2;  // of point_triangulator
   if (model.images.size() < kLeastImages) return {};
   const auto word = [&](const std::string& name) { return ShellWord((out / name).string()); };
   const std::string database = word("database.db"), images = word("images");
   const std::string mask = has_masks ? " --ImageReader.mask_path " + word("masks") : "";
-  const std::string in_order = " --FeatureExtraction.num_threads 1";
   std::vector<std::string> commands;
   // The lenses of a database only serve to verify matches, so that a similar one does.
   if (const bool is_one = model.cameras.size() == 1; is_one || IsOneCameraEach(model))
     commands.push_back(fmt::format(
         "colmap feature_extractor --database_path {} --image_path {}{} --ImageReader.single_camera{} 1{}{}",
-        database, images, mask, is_one ? "" : "_per_image", LensOptions(model.cameras.front()), in_order));
+        database, images, mask, is_one ? "" : "_per_image", LensOptions(model.cameras.front()),
+        colmap.extractor));
   else
     for (const ColmapReconstruction::Camera& camera : model.cameras)
       commands.push_back(
           fmt::format("colmap feature_extractor --database_path {} --image_path {} --image_list_path {}{} "
                       "--ImageReader.single_camera 1{}{}",
-                      database, images, word(ListName(camera)), mask, LensOptions(camera), in_order));
-  commands.push_back(fmt::format("colmap exhaustive_matcher --database_path {}", database));
+                      database, images, word(ListName(camera)), mask, LensOptions(camera), colmap.extractor));
+  commands.push_back(fmt::format("colmap exhaustive_matcher --database_path {}{}", database, colmap.matcher));
   commands.push_back("mkdir " + word("triangulated"));
   commands.push_back(fmt::format(
       "colmap point_triangulator --database_path {} --image_path {} --input_path {} --output_path {} "
@@ -80,7 +81,8 @@ std::vector<std::string> CommandsFor(const ColmapReconstruction& model, const fs
 
 }  // namespace
 
-ColmapFolder ColmapFolderOf(const LightField& exported, bool binary, const fs::path& out) {
+ColmapFolder ColmapFolderOf(const LightField& exported, bool binary, const fs::path& out,
+                            const ColmapVersion& colmap) {
   ColmapFolder folder;
   ColmapReconstruction model = NumberedAsInDatabase(ToColmap(exported));
   MarkStraightFisheyes(model, folder.doubts);
@@ -101,7 +103,7 @@ ColmapFolder ColmapFolderOf(const LightField& exported, bool binary, const fs::p
     }
   const bool has_masks =
       std::ranges::any_of(exported.views, [](const View& view) { return !view.mask_path.empty(); });
-  folder.commands = CommandsFor(model, out, has_masks);
+  folder.commands = CommandsFor(model, out, has_masks, colmap);
   return folder;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/geometry/similarity3.h"
+#include "core/light_field/exchange/writers/colmap_program.h"
 #include "core/light_field/exchange/writers/unit_cube.h"
 #include "core/light_field/light_field.h"
 
@@ -19,13 +20,14 @@ namespace ulf {
 struct ColmapFolder {
   std::vector<std::pair<std::string, std::string>> files;  // path in the folder, contents
   // By which COLMAP measures points of its own under these poses: one word after another, for a shell.
-  // feature_extractor runs once for each camera that took several photographs, in one thread, since several
-  // threads finish the photographs in any order. None for a single image.
+  // feature_extractor runs once for each camera that took several photographs, for versions with rigs in one
+  // thread, since several threads finish the photographs in any order. None for a single image.
   std::vector<std::string> commands;
   std::vector<std::string> doubts;  // sentences on lenses that were changed for COLMAP
 };
 // `out` is the place of the folder in the commands.
-ColmapFolder ColmapFolderOf(const LightField& exported, bool binary, const std::filesystem::path& out);
+ColmapFolder ColmapFolderOf(const LightField& exported, bool binary, const std::filesystem::path& out,
+                            const ColmapVersion& colmap);
 
 // Returns cameras.xml. Agisoft Metashape imports cameras by File > Import > Import Cameras, "Agisoft XML".
 // Conventions are those of set_readers.h: sensors with f, b1 = fx - fy, the principal point counted from the

@@ -1,5 +1,5 @@
-// Tests: core/light_field/exchange/writers/colmap_folder, core/light_field/formats/colmap_rigs,
-// core/light_field/formats/colmap_model.
+// Tests: core/light_field/exchange/writers/colmap_folder, core/light_field/exchange/writers/colmap_program,
+// core/light_field/formats/colmap_rigs, core/light_field/formats/colmap_model.
 //
 // An export for COLMAP and the commands beside it, by the rules of COLMAP 4: what Reconstruction::Load()
 // (src/colmap/scene/reconstruction.cc) compares between a model and the database that the commands make.
@@ -8,8 +8,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -224,6 +226,82 @@ TEST(ColmapFolder, AFisheyeWithoutDistortionStaysOne) {
       ExportLightField(source, scratch / "pinhole", {.form = ExportForm::kColmapText, .undistort = true})
           .doubts,
       IsEmpty());
+}
+
+// An environment variable for the length of a test.
+class Environment {
+ public:
+  Environment(const char* name, const std::string& value) : name_(name) {
+    if (const char* usual = std::getenv(name)) before_ = usual;
+    setenv(name, value.c_str(), 1);
+  }
+  ~Environment() {
+    if (before_)
+      setenv(name_, before_->c_str(), 1);
+    else
+      unsetenv(name_);
+  }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+// A program in COLMAP's place, which prints this help and knows options of this kind.
+void InstallColmap(const fs::path& folder, const std::string& help, const std::string& kind) {
+  std::ofstream(folder / "colmap") << "#!/bin/sh\nif [ \"$1\" = help ]; then echo '" << help
+                                   << "'; exit 0; fi\nfor name in num_threads use_gpu; do\n"
+                                   << "  echo \"  --" << kind << "Extraction.$name arg (=1)\"\n"
+                                   << "  echo \"  --" << kind << "Matching.$name arg (=1)\"\ndone\n";
+  fs::permissions(folder / "colmap", fs::perms::owner_all);
+}
+
+TEST(InstalledColmap, IsAskedForItsOptions) {
+  struct Case {
+    std::string help, kind, display, number, extractor, matcher;
+  };
+  const std::string sift_gpu = " --SiftExtraction.use_gpu 0", gpu = " --FeatureExtraction.use_gpu 0";
+  const Case cases[] = {
+      {"COLMAP 3.8 -- Structure\n(Commit a without CUDA)", "Sift", "", "3.8", sift_gpu,
+       " --SiftMatching.use_gpu 0"},
+      {"COLMAP 3.8 -- Structure\n(Commit a without CUDA)", "Sift", ":0", "3.8", "", ""},
+      {"COLMAP 3.12.1 -- Structure\n(Commit a without CUDA)\n  rig_configurator", "Sift", "", "3.12.1",
+       " --SiftExtraction.num_threads 1" + sift_gpu, " --SiftMatching.use_gpu 0"},
+      {"COLMAP 4.0 -- Structure\n(Commit a without CUDA)\n  rig_configurator", "Feature", "", "4.0",
+       " --FeatureExtraction.num_threads 1" + gpu, " --FeatureMatching.use_gpu 0"},
+      {"COLMAP 4.0 -- Structure\n(Commit a without CUDA)\n  rig_configurator", "Feature", ":0", "4.0",
+       " --FeatureExtraction.num_threads 1", ""}};
+  const Environment wayland("WAYLAND_DISPLAY", "");
+  for (const Case& each : cases) {
+    const ScratchFolder scratch;
+    const Environment path("PATH", scratch.path().string()), display("DISPLAY", each.display);
+    EXPECT_EQ(InstalledColmap().number, "") << "none in PATH";
+    InstallColmap(scratch.path(), each.help, each.kind);
+    const ColmapVersion colmap = InstalledColmap();
+    EXPECT_EQ(colmap.number, each.number);
+    EXPECT_EQ(colmap.extractor, each.extractor) << each.help << each.display;
+    EXPECT_EQ(colmap.matcher, each.matcher) << each.help << each.display;
+  }
+}
+
+TEST(InstalledColmap, IsThatOfTheCommands) {
+  const ScratchFolder scratch;
+  const ColmapVersion colmap{"3.8", " --SiftExtraction.use_gpu 0", " --SiftMatching.use_gpu 0"};
+  for (const auto& lenses : {std::vector{test::Straight()}, std::vector{test::Lens(), test::Straight()}}) {
+    const std::size_t cameras = lenses.size();
+    const std::string name = std::to_string(cameras);
+    const LightField source = TrackedLightField(scratch / ("lf" + name), lenses, 6);
+    const auto commands =
+        ExportLightField(source, scratch / name, {.form = ExportForm::kColmapText, .colmap = colmap})
+            .commands;
+    ASSERT_THAT(commands, SizeIs(cameras + 3));
+    for (std::size_t i = 0; i < cameras; ++i)
+      EXPECT_EQ(OptionsOf(commands[i]).at("SiftExtraction.use_gpu"), "0");
+    EXPECT_EQ(OptionsOf(commands[cameras]).at("SiftMatching.use_gpu"), "0");
+    EXPECT_THAT(testing::PrintToString(commands), testing::Not(HasSubstr("Feature")));
+  }
 }
 
 }  // namespace
