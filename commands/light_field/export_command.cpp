@@ -123,8 +123,6 @@ int RunExport(const ExportArgs& args, ExportForm form) {
     measured = MeasurePointsAnew(light_field, [&](double done, const std::string& stage) {
       progress.Show(points_share * done, stage);
     });
-  else if (HasPoints(form))
-    WarnOfNoKnownPoints(light_field);
   if (HasPoints(form))
     light_field.points = tracking::WithoutMasked(std::move(light_field.points), light_field);
   SetShutter(light_field, args.global_shutter, shutter, options);
@@ -135,6 +133,8 @@ int RunExport(const ExportArgs& args, ExportForm form) {
   };
   ExportSummary summary = ExportLightField(exported, args.output, options);
   std::ranges::move(light_words(summary), std::back_inserter(summary.doubts));
+  if (HasPoints(form) && summary.points.points == 0)
+    summary.doubts.push_back(NoPointsInWords(exported, measured, IsColmap(form)));
   if (!shutter.words.empty()) summary.doubts.push_back(shutter.words);
   if (!args.json) {
     PrintText(args, summary, measured, depths, options);

@@ -1,12 +1,13 @@
 #include "commands/light_field/measured_points.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "core/base/counted.h"
+#include "core/base/shell_word.h"
 #include "tracking/refine/refine_input.h"
 #include "tracking/refine/triangulate.h"
 
@@ -20,15 +21,27 @@ MeasuredPoints MeasurePointsAnew(
       tracking::TriangulateViews(tracking::RefineInputOf(light_field), options);
   std::vector<ScenePoint> points = tracking::WithViewIds(std::move(result.points), light_field);
   const bool kept_points = points.empty() && !light_field.points.empty();
+  const std::size_t found = points.size();
   if (!kept_points) light_field.points = std::move(points);
-  return {true, kept_points, result.pose_error_px, result.unread.size()};
+  return {true, found, kept_points, result.pose_error_px, result.unread.size()};
 }
 
-void WarnOfNoKnownPoints(const LightField& light_field) {
-  if (!light_field.points.empty()) return;
-  spdlog::warn(
-      "{}: holds no points (a capture that was killed has none); leave --known-points out to measure them",
-      light_field.root.string());
+std::string NoPointsInWords(const LightField& exported, const MeasuredPoints& measured, bool for_colmap) {
+  constexpr int kSmall_px = 320;  // the longer side, below which few corners are found; guessed
+  const std::string begin =
+      "no points: trainers of Gaussians begin with a set's points, and without any they stop or begin at "
+      "random; ";
+  if (!measured.done) return begin + "leave --known-points out to measure them";
+  if (measured.points > 0)
+    return begin + "all that were measured lie where masks exclude them, or beyond the exported pictures";
+  const CameraModel& camera = exported.cameras.front();
+  return fmt::format(
+      "{}the photographs ({}x{}) share nothing that can be measured under these poses: {}'ulf info {} "
+      "--check-poses' says whether the poses are right{}",
+      begin, camera.width, camera.height,
+      std::max(camera.width, camera.height) < kSmall_px ? "larger photographs show more, and " : "",
+      ShellWord(exported.root.string()),
+      for_colmap ? "; COLMAP's commands below measure points of their own" : "");
 }
 
 std::string PointDoubtsText(const MeasuredPoints& measured) {

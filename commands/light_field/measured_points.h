@@ -11,6 +11,7 @@ namespace ulf::commands {
 
 struct MeasuredPoints {
   bool done = false;
+  std::size_t points = 0;    // that were measured
   bool kept_points = false;  // no point was found; the light field's own stay
   double pose_error_px = 0;  // TriangulationResult::pose_error_px
   std::size_t unread = 0;    // number of photographs that could not be read
@@ -20,8 +21,9 @@ struct MeasuredPoints {
 MeasuredPoints MeasurePointsAnew(LightField& light_field,
                                  const std::function<void(double share, const std::string& stage)>& progress);
 
-// Warns if known points are asked for and there are none: a capture that was killed has none.
-void WarnOfNoKnownPoints(const LightField& light_field);
+// Returns a sentence on what it means that an export holds no points, and what to do. `measured` was not done
+// if known points are asked for: a capture that was killed has none.
+std::string NoPointsInWords(const LightField& exported, const MeasuredPoints& measured, bool for_colmap);
 
 // Returns sentences for people, each with a line break; empty where all is well.
 std::string PointDoubtsText(const MeasuredPoints& measured);

@@ -174,6 +174,35 @@ TEST_F(ExportCommand, KeepsPointsWhereNoneCanBeMeasured) {
   EXPECT_EQ(ReadLightField(scratch / "nerfstudio").points.size(), 2u);
 }
 
+TEST_F(ExportCommand, WithoutPointsSaysWhatToDo) {
+  const ScratchFolder scratch;
+  CaptureHeader header;
+  header.camera = CameraModel::Pinhole(80, 60, 70);
+  LightFieldWriter writer = LightFieldWriter::Create(scratch / "tiny", header);
+  for (int i = 0; i < 3; ++i) {
+    Frame frame;
+    frame.image = {cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(40 + 10 * i)), Transfer::kSrgb};
+    View view;
+    view.cam_from_world = TexturedRoom::HandAt(12 * i);
+    writer.AddView(frame, view);
+  }
+  writer.Close(1);
+  const auto said = [&](const std::string& form) {
+    const std::string out = (scratch / "out").string();
+    fs::remove_all(out);
+    const auto run = RunUlf("export " + form + " " + (scratch / "tiny").string() + " -o " + out);
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    return run.output;
+  };
+  const auto warns = testing::AllOf(HasSubstr("no points: trainers of Gaussians begin"), HasSubstr("80x60"),
+                                    HasSubstr("larger photographs"), HasSubstr("--check-poses"));
+  for (const char* form : {"nerfstudio", "metashape"})
+    EXPECT_THAT(said(form), testing::AllOf(warns, Not(HasSubstr("COLMAP"))));
+  EXPECT_THAT(said("colmap"), testing::AllOf(warns, HasSubstr("COLMAP's commands below")));
+  EXPECT_THAT(said("colmap --known-points"), HasSubstr("leave --known-points out to measure them"));
+  EXPECT_THAT(said("realityscan"), Not(HasSubstr("no points"))) << "it has none";
+}
+
 TEST_F(ExportCommand, WritesNothingIntoTheLightField) {
   for (const char* inside : {"", "/out", "/images/../out"}) {
     const auto run = RunUlf("export colmap " + Dir().string() + " -o " + Dir().string() + inside);
