@@ -53,16 +53,21 @@ RenderScene Small(const RenderScene& scene, int size_px) {
   return small;
 }
 
+// Leaves out no larger share than `ulf evaluate` does: of a set that loses half of its views, or a whole row of
+// them, all pictures are guesses, and simple geometry guesses best.
+int LeftOutEvery(const RenderScene& scene, const ChoiceOptions& options) {
+  return std::max(EvaluateOptions{}.every, static_cast<int>(scene.views.size()) / options.views_left_out);
+}
+
 constexpr char kGeometry[] = "geometry", kFields[] = "fields";  // what is compared
 
 std::vector<ScoredChoice> Try(const std::string& compared, const RenderScene& scene,
                               const std::vector<FieldOptions>& fields,
                               const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                               const ChoiceOptions& options, int window_px = 0) {
-  const int every = std::max(2, static_cast<int>(scene.views.size()) / options.views_left_out);
   std::function<void(double)> between;
   if (options.between) between = [&](double share) { options.between(compared, share); };
-  const EvaluateSummary summary = Evaluate(scene, {.every = every,
+  const EvaluateSummary summary = Evaluate(scene, {.every = LeftOutEvery(scene, options),
                                                    .fields = fields,
                                                    .proxies = proxies,
                                                    .renderer = renderer,
@@ -190,15 +195,37 @@ ModelChoice Untried(const std::string& question, const std::string& model, const
   return {question, "nothing was compared", {{model, why, true}}};
 }
 
-// Considers those that are `asked` for. Returns null if there are none.
+// Returns the fields that these viewpoints and proxies allow, each once: a row of views has no mesh for
+// subdivision and linear, and without depth maps soft is left out if there are others.
+std::vector<FieldOptions> FieldsThatServe(const std::vector<FieldOptions>& fields, const ViewpointMesh& mesh,
+                                          bool has_depth_maps) {
+  const bool all_soft = std::ranges::all_of(fields, IsSoft);
+  std::vector<FieldOptions> serving;
+  for (const FieldOptions& field : fields) {
+    const FieldOptions serves = FieldThatServes(field, mesh);
+    const bool again = std::ranges::any_of(
+        serving, [&](const FieldOptions& other) { return FieldText(other) == FieldText(serves); });
+    if (!again && (has_depth_maps || all_soft || !IsSoft(serves))) serving.push_back(serves);
+  }
+  return serving;
+}
+
+double BestDb(const std::vector<ScoredChoice>& candidates) {
+  return std::ranges::max_element(candidates, {}, &ScoredChoice::psnr_db)->psnr_db;
+}
+
+// Considers those that are `asked` for. Returns null if there are none. If none is near enough to `best_db`
+// of other candidates, their own best counts.
 template <typename Asked>
 const ScoredChoice* FirstNearBest(const std::vector<ScoredChoice>& candidates, double within_db,
-                                  const Asked& asked) {
-  double best_db = -std::numeric_limits<double>::infinity();
+                                  const Asked& asked,
+                                  double best_db = -std::numeric_limits<double>::infinity()) {
+  double own_best_db = -std::numeric_limits<double>::infinity();
   for (const ScoredChoice& candidate : candidates)
-    if (asked(candidate)) best_db = std::max(best_db, candidate.psnr_db);
+    if (asked(candidate)) own_best_db = std::max(own_best_db, candidate.psnr_db);
+  const double least_db = std::min(own_best_db, std::max(own_best_db, best_db) - within_db);
   const auto found = std::ranges::find_if(candidates, [&](const ScoredChoice& candidate) {
-    return asked(candidate) && candidate.psnr_db >= best_db - within_db;
+    return asked(candidate) && candidate.psnr_db >= least_db;
   });
   return found == candidates.end() ? nullptr : &*found;
 }
@@ -234,10 +261,10 @@ std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates
 
 // The soft field is as calm in motion as subdivision. Its wide reach takes 1.3 to 1.4 times as long as
 // the narrow one.
-const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates) {
+const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates, double best_db) {
   const auto is_soft = [](const ScoredChoice& candidate) { return IsSoft(candidate.field); };
   const ScoredChoice* soft = FirstNearBest(candidates, kNarrowWithinDb, is_soft);
-  const ScoredChoice* other = FirstNearBest(candidates, kWithinDb, std::not_fn(is_soft));
+  const ScoredChoice* other = FirstNearBest(candidates, kWithinDb, std::not_fn(is_soft), best_db);
   if (!soft) return *other;
   return !other || soft->psnr_db >= other->psnr_db + kSoftGainDb ? *soft : *other;
 }
@@ -255,9 +282,14 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
                         Untried("blending field", FieldText(choice.field), why)};
     return choice;
   };
+  const auto detailed =
+      std::ranges::find_if(proxies, [](const auto& proxy) { return proxy->HasDepthMaps(); });
+  const bool in_detail = detailed != proxies.end();
+  const std::vector<FieldOptions> serving = FieldsThatServe(fields, scene.mesh, in_detail);
   if (choice.field.kind != fields.front().kind) {
-    choice.why = FieldName(choice.field.kind) + " weights are used: these viewpoints allow no others";
-    if (proxies.size() == 1) return untried("the viewpoints span no surface");
+    choice.why = fmt::format("{0} weights are used in place of {1}: these viewpoints span no surface",
+                             FieldName(choice.field.kind), FieldName(fields.front().kind));
+    if (proxies.size() == 1 && serving.size() == 1) return untried("the viewpoints span no surface");
   }
   const bool open = fields.size() > 1 || proxies.size() > 1;
   if (few && open) {
@@ -270,12 +302,9 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     return untried(fmt::format("{}, and {} or more are compared", Counted(scene.views.size(), "view"),
                                kFewestViewsCompared));
   }
-  const bool fields_differ = choice.field.kind == fields.front().kind && fields.size() > 1;
+  const bool fields_differ = serving.size() > 1;
   if (proxies.size() == 1 && !fields_differ) return untried("as asked");
 
-  const auto detailed =
-      std::ranges::find_if(proxies, [](const auto& proxy) { return proxy->HasDepthMaps(); });
-  const bool in_detail = detailed != proxies.end();
   const RenderScene tried_on = Small(scene, in_detail ? kDetailedSizePx : options.size_px);
   const auto scores = [&](const std::string& compared, const std::vector<FieldOptions>& some_fields,
                           const std::vector<std::shared_ptr<const Proxy>>& some_proxies) {
@@ -287,9 +316,12 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
     TimeInMotion(compared, scene, renderer, options, tried);
     return WithinTime(tried, options.in_motion->most_ms);
   };
+  double best_db = -std::numeric_limits<double>::infinity();  // of all proxies, over the first field
   if (proxies.size() > 1) {
-    auto tried = scores(kGeometry, {fields.front()}, proxies);
-    const ScoredChoice chosen = FirstWithinTolerance(in_time(kGeometry, tried));
+    auto tried = scores(kGeometry, {serving.front()}, proxies);
+    const std::vector<ScoredChoice> considered = in_time(kGeometry, tried);
+    const ScoredChoice chosen = FirstWithinTolerance(considered);
+    best_db = BestDb(considered);
     choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("proxy", tried, chosen, true, options));
     add_reason(InWords("proxy", tried, chosen, true, options));
@@ -298,15 +330,14 @@ Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions
   if (fields_differ) {
     // The soft field needs depth maps, so it is tried over these, whichever proxy serves the other fields.
     std::vector<FieldOptions> soft, others;
-    for (const FieldOptions& field : fields) (IsSoft(field) && in_detail ? soft : others).push_back(field);
-    if (!std::ranges::all_of(fields, IsSoft) && !in_detail) std::erase_if(others, IsSoft);
+    for (const FieldOptions& field : serving) (IsSoft(field) && in_detail ? soft : others).push_back(field);
     std::vector<ScoredChoice> tried;
     if (!others.empty()) tried = scores(kFields, others, {choice.proxy});
     if (!soft.empty()) {
       const auto by_maps = scores(kFields, soft, {*detailed});
       tried.insert(tried.end(), by_maps.begin(), by_maps.end());
     }
-    const ScoredChoice chosen = PreferredField(in_time(kFields, tried));
+    const ScoredChoice chosen = PreferredField(in_time(kFields, tried), best_db);
     choice.field = chosen.field;
     choice.proxy = chosen.proxy;
     choice.explained.push_back(Explained("blending field", tried, chosen, false, options));
@@ -339,13 +370,12 @@ std::shared_ptr<const Proxy> FitPlane(const RenderScene& scene, const FieldOptio
   const auto try_at = [&](const std::vector<double>& shares) {
     std::vector<std::shared_ptr<const Proxy>> planes;
     for (const double share : shares) planes.push_back(std::make_shared<PlaneProxy>(scene.subject, share));
-    const int every = std::max(2, static_cast<int>(scene.views.size()) / choice.views_left_out);
-    const EvaluateSummary summary = Evaluate(small, {.every = every,
+    const EvaluateSummary summary = Evaluate(small, {.every = LeftOutEvery(scene, choice),
                                                      .fields = {field},
                                                      .proxies = planes,
                                                      .renderer = renderer,
                                                      .gpu_memory_mb = choice.gpu_memory_mb});
-    for (std::size_t i = 0; i < shares.size(); ++i) tried[shares[i]] = summary.results[i].all.psnr_db;
+    for (std::size_t i = 0; i < shares.size(); ++i) tried[shares[i]] = summary.results[i].Main().psnr_db;
   };
   // Rounds as the plane's name does, so that the name gives the same plane.
   const auto named = [](double share) { return std::stod(fmt::format("{:.4g}", share)); };
@@ -382,8 +412,8 @@ std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene,
                                                        RendererKind renderer, const ChoiceOptions& options) {
   if (proxy != kAuto) return {ProxyByName(scene, proxy, field, light_field, renderer, options)};
   auto proxies = EveryProxyOf(light_field, scene.subject);
-  if (proxies.size() == 1)
-    proxies.push_back(ProxyByName(scene, kFittedPlane, field, light_field, renderer, options));
+  const auto fitted = ProxyByName(scene, kFittedPlane, field, light_field, renderer, options);
+  if (fitted->Name() != proxies.front()->Name()) proxies.insert(std::next(proxies.begin()), fitted);
   return proxies;
 }
 

@@ -1,8 +1,9 @@
-// Chooses the blending field and the proxy of a light field by evidence and by time: a few views are left
-// out, rendered from the others, small or in part, and compared with their photographs. Among proxies, and
-// among fields that blend over one surface, it takes the first candidate, in an order of preference, within a
-// margin of the best; it takes the soft field, several times as slow, if that is better. A mesh that was made
-// from all views knows the left-out ones as well and scores a little too well.
+// Chooses the blending field and the proxy of a light field by evidence and by time: the views that
+// `ulf evaluate` leaves out, or a part of them, are left out, rendered from the others, small or in part, and
+// compared with their photographs. Among proxies, and among fields that blend over one surface, it takes the
+// first candidate, in an order of preference, within a margin of the best; it takes the soft field, several
+// times as slow, if that is better. A mesh that was made from all views knows the left-out ones as well and
+// scores a little too well.
 //
 // For files the best pictures count, and the choice is the same every time: the clock plays no part. For a
 // moving camera the frame rate counts: those too slow on this machine are not taken (MotionTiming).
@@ -10,6 +11,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,7 +54,9 @@ struct MotionTiming {
 
 struct ChoiceOptions {
   std::optional<MotionTiming> in_motion = {};  // none: for files
-  int views_left_out = 8;                      // approximate number, evenly through the light field. Guessed.
+  // Approximate number, evenly through the light field; of fewer than 64 views every eighth
+  // (EvaluateOptions::every). Guessed.
+  int views_left_out = 8;
   // Longest side of the pictures; if a proxy has depth maps, the middle of larger ones is compared. Guessed.
   int size_px = 320;
   double gpu_memory_mb = 0;  // RenderOptions::gpu_memory_mb
@@ -65,8 +69,10 @@ struct ChoiceOptions {
 const ScoredChoice& FirstWithinTolerance(const std::vector<ScoredChoice>& candidates);
 
 // Returns, of candidates that differ by their field (at least one), the soft field (the first within 0.05 dB
-// of the best) if it gains 0.1 dB on the first of the others within tolerance.
-const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates);
+// of the best) if it gains 0.1 dB on the first of the others within tolerance: of the best of them, and of
+// `best_db`, the best of other proxies, so that two choices in a row do not give twice the tolerance away.
+const ScoredChoice& PreferredField(const std::vector<ScoredChoice>& candidates,
+                                   double best_db = -std::numeric_limits<double>::infinity());
 
 // Returns the candidates that take at most `most_ms`; if all take longer, the quickest.
 std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates, double most_ms);
@@ -75,7 +81,7 @@ std::vector<ScoredChoice> WithinTime(const std::vector<ScoredChoice>& candidates
 // with the first field, then every field with the chosen proxy (the soft field over the depth maps, whichever
 // proxy was chosen), because geometry matters more than weights. With too few views to leave some out, the
 // choice is the DefaultField(), if it is among the fields, and the last proxy, which has the most geometry.
-// If the viewpoints do not allow the first field, FieldThatServes() replaces all of them.
+// FieldThatServes() replaces fields that the viewpoints do not allow; what is the same then is tried once.
 Choice ChooseByEvidence(const RenderScene& scene, const std::vector<FieldOptions>& fields,
                         const std::vector<std::shared_ptr<const Proxy>>& proxies, RendererKind renderer,
                         const ChoiceOptions& options = {});
@@ -91,8 +97,8 @@ std::shared_ptr<const Proxy> ProxyByName(const RenderScene& scene, const std::st
                                          const FieldOptions& field, const std::filesystem::path& light_field,
                                          RendererKind renderer, const ChoiceOptions& options = {});
 
-// Returns the proxies of `proxy`, a name of the command line: that one; for "auto" the plane and the light
-// field's own planes, points and mesh, and if it has none of these, also a fitted plane.
+// Returns the proxies of `proxy`, a name of the command line: that one; for "auto" the plane, a fitted
+// plane, and the light field's own planes, points and mesh.
 std::vector<std::shared_ptr<const Proxy>> ProxiesToTry(const RenderScene& scene, const std::string& proxy,
                                                        const FieldOptions& field,
                                                        const std::filesystem::path& light_field,

@@ -9,11 +9,16 @@
 #include <atomic>
 #include <map>
 
+#include "core/light_field/folder/light_field_io.h"
 #include "render/fields/field_options.h"
+#include "render/proxy/mesh_file.h"
 #include "render/proxy/points_proxy.h"
 #include "render/proxy/proxy.h"
+#include "render/proxy/soft_proxy.h"
+#include "render/quality/evaluate.h"
 #include "tests/render/scenes/synthetic_views.h"
 #include "tests/support/floors.h"
+#include "tests/support/test_paths.h"
 
 namespace ulf::choice_test {
 namespace {
@@ -103,6 +108,50 @@ TEST(Choice, TakesTheFirstThatIsNearlyTheBest) {
       }
     }
   }
+}
+
+// Two rows, taken in turns: every second view would be one row, which the other shows badly.
+TEST(Choice, ScoresAsEvaluateDoes) {
+  for (const int columns : {6, 12}) {
+    test::SceneSpec spec{.with_square = true};
+    for (int column = 0; column < columns; ++column)
+      for (const double y : {-0.3, 0.3}) spec.viewpoints.emplace_back(0.12 * (column - columns / 2), y, 2.0);
+    const auto scene = test::MakeScene(spec);
+    const std::vector<FieldOptions> fields{{.kind = FieldKind::kLumigraph}};
+    const std::vector<std::shared_ptr<const Proxy>> proxies{
+        std::make_shared<PlaneProxy>(scene->subject, PlaneProxy::InWorld{Vector3d::UnitZ(), 0.1}),
+        std::make_shared<MeshProxy>(scene->subject, test::PlaneAndSquare())};
+    const Choice choice = ChooseByEvidence(*scene, fields, proxies, RendererKind::kGl);
+    const EvaluateSummary measured = Evaluate(*scene, {.fields = fields, .proxies = proxies});
+    ASSERT_EQ(choice.candidates.size(), proxies.size());
+    for (std::size_t i = 0; i < proxies.size(); ++i)
+      EXPECT_NEAR(choice.candidates[i].psnr_db, measured.results[i].Main().psnr_db, 0.05)
+          << columns << " columns, " << proxies[i]->Name();
+  }
+}
+
+// They have no mesh for the first two fields, but the soft field needs none.
+TEST(Choice, OfARowOfViewsTriesTheSoftField) {
+  const auto ring = test::MakeScene({.viewpoints = test::RingViewpoints(30, M_PI / 3, 2, 0.005)});
+  const auto soft = std::make_shared<SoftProxy>(ring->subject, test::PlaneAndSquare(), SoftProxy::Maps{});
+  const Choice choice = ChooseByEvidence(*ring, EveryField(), {soft}, RendererKind::kGl);
+  std::vector<std::string> tried;
+  for (const ScoredChoice& candidate : choice.candidates) tried.push_back(FieldText(candidate.field));
+  EXPECT_THAT(tried, testing::ElementsAre("lumigraph", "soft 0.5", "soft 0.8"));
+  EXPECT_THAT(choice.why, testing::HasSubstr("weights are used in place of subdivision"));
+}
+
+TEST(Choice, AMeshDoesNotReplaceTheFittedPlane) {
+  const test::ScratchFolder scratch;
+  const std::filesystem::path dir = scratch / "lf";
+  test::WriteLightField(dir, {.viewpoints = test::GridViewpoints(4, 3, 0.15, 2.0)}, true);
+  WriteMeshPly(dir / kMeshProxyFile, *test::PlaneAndSquare());
+  RenderScene scene = *LoadScene(ReadLightField(dir), {});
+  scene.subject.center_in_world = {0, 0, 0.5};
+  std::vector<std::string> names;
+  for (const auto& proxy : ProxiesToTry(scene, kAuto, {.kind = FieldKind::kLinear}, dir, RendererKind::kGl))
+    names.push_back(proxy->Name());
+  EXPECT_THAT(names, testing::ElementsAre("plane", testing::StartsWith("plane:1."), "mesh"));
 }
 
 TEST(Choice, TellsHowMuchIsComparedAndEndsWhenAsked) {
@@ -212,6 +261,10 @@ TEST(Choice, IsTheSoftFieldWhereItGains) {
     EXPECT_EQ(&PreferredField(candidates), &candidates[c.taken]) << c.psnr_db[3] << " " << c.psnr_db[4];
   }
   const std::vector<FieldOptions> fields = EveryField();
+  const std::vector<ScoredChoice> plain{{fields[0], nullptr, 30}, {fields[1], nullptr, 30.2}};
+  EXPECT_EQ(&PreferredField(plain), &plain[0]);
+  EXPECT_EQ(&PreferredField(plain, 30.4), &plain[1]) << "another proxy had 30.4 dB";
+  EXPECT_EQ(&PreferredField(plain, 31), &plain[1]) << "none is near: the best";
   const std::vector<ScoredChoice> soft{{fields[3], nullptr, 30}, {fields[4], nullptr, 30.06}};
   EXPECT_EQ(&PreferredField(soft), &soft[1]) << "of soft fields alone the best";
 }
