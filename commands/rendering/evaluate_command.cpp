@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "commands/options/chosen_model.h"
 #include "commands/options/command_line.h"
 #include "commands/options/option_values.h"
 #include "commands/options/scene_options.h"
@@ -123,6 +124,28 @@ void PrintTable(const render::EvaluateSummary& summary) {
                Counted(summary.held_out - rim_views, "left-out view"), rim_views);
 }
 
+// A field and the geometry under it.
+struct Drawn {
+  render::FieldOptions field;
+  std::string proxy;
+  std::string Words() const { return fmt::format("{} over {}", render::FieldText(field), proxy); }
+  nlohmann::json Json() const { return {{"field", render::FieldName(field.kind)}, {"proxy", proxy}}; }
+};
+
+// Returns what `ulf view` draws at once where nothing is named: it compares nothing.
+Drawn DrawnByView(const EvaluateArgs& args, const render::RenderScene& scene) {
+  return {render::DefaultField(scene, FieldDetails(args.field_details)),
+          render::DefaultProxies(args.dir).front()};
+}
+
+// Returns what `ulf render` draws where nothing is named, by the comparison that it makes itself.
+Drawn DrawnByRender(const EvaluateArgs& args, const std::shared_ptr<const render::RenderScene>& scene) {
+  const render::Choice choice = ChooseModel(args, scene, render::kAuto, render::kAuto,
+                                            FieldDetails(args.field_details), RendererFromName(args.renderer))
+                                    .choice;
+  return {choice.field, choice.proxy->Name()};
+}
+
 void RequireNoProtocolOptions(const ProtocolArgs& args) {
   const char* option = !args.out.empty()        ? "-o"
                        : args.refine            ? "--refine"
@@ -176,22 +199,18 @@ int RunEvaluate(const EvaluateArgs& args) {
   }
   const render::EvaluateSummary summary = render::Evaluate(*evened, options, &progress);
   if (!args.table.empty()) WriteFileAtomically(args.table, CsvOf(summary));
-  const render::FieldOptions usual = render::DefaultField(*scene, FieldDetails(args.field_details));
-  const std::string usual_proxy = render::DefaultProxies(args.dir).front();
+  const Drawn by_view = DrawnByView(args, *scene), by_render = DrawnByRender(args, scene);
   if (!args.json) {
     PrintTable(summary);
-    fmt::print("\nulf view and ulf render draw {} over {} where they are not told otherwise.\n",
-               render::FieldText(usual), usual_proxy);
+    fmt::print(
+        "\nWhere they are not told otherwise, ulf render draws {}, and ulf view {}.\n", by_render.Words(),
+        by_view.Words() == by_render.Words() ? "the same" : by_view.Words() + ", without a comparison");
     return kOk;
   }
-  nlohmann::json report{{"views", summary.views},
-                        {"held_out", summary.held_out},
-                        {"width_px", summary.width},
-                        {"height_px", summary.height},
-                        {"renderer", summary.renderer},
-                        {"viewpoints", summary.viewpoints},
-                        {"default", {{"field", render::FieldName(usual.kind)}, {"proxy", usual_proxy}}},
-                        {"results", nlohmann::json::array()}};
+  nlohmann::json report{
+      {"views", summary.views},      {"held_out", summary.held_out}, {"width_px", summary.width},
+      {"height_px", summary.height}, {"renderer", summary.renderer}, {"viewpoints", summary.viewpoints},
+      {"default", by_view.Json()},   {"render", by_render.Json()},   {"results", nlohmann::json::array()}};
   for (const render::FieldScore& result : summary.results) report["results"].push_back(JsonOf(result));
   fmt::print("{}\n", JsonText(report, 1));
   return kOk;

@@ -194,6 +194,8 @@ void ReadRenderings(const std::string& dir, const fs::path& scratch, Facts& fact
   facts.Number("evaluate", "views", evaluate["views"]);
   facts.Text("evaluate", drawn, evaluate["default"]["field"]);
   facts.Text("evaluate", over, evaluate["default"]["proxy"]);
+  facts.Text("evaluate", "field by evidence", evaluate["render"]["field"]);
+  facts.Text("evaluate", "geometry by evidence", evaluate["render"]["proxy"]);
   const std::string picture = (scratch / "picture.png").string();
   json view = JsonDone("view " + dir + " --size-limit 160 --screenshot " + picture + " --json");
   facts.Text("view", drawn, view["field"]);
