@@ -78,13 +78,16 @@ render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& sce
 void Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath& path) {
   const bool lens_is_free = render::IsNamedPath(args.path) && args.focal_px == 0 && args.fov_deg == 0;
   // A subject that is cut out never fills a picture.
-  const double zoom = args.zoom > 0 ? args.zoom
-                      : lens_is_free && !renderer.scene().is_cut_out
-                          ? render::FillingZoom(renderer, path, path.cameras.front())
-                          : 1.0;
+  render::FillingLens filling{args.zoom > 0 ? args.zoom : 1.0};
+  if (args.zoom == 0 && lens_is_free && !renderer.scene().is_cut_out)
+    filling = render::FillingZoom(renderer, path, path.cameras.front());
+  const double zoom = filling.zoom;
   if (args.zoom == 0 && zoom > 1)
-    spdlog::info("zoomed {:.2f} times, so that photographs fill the pictures (--zoom 1 switches this off)",
-                 zoom);
+    spdlog::info("zoomed {:.2f} times, so that photographs {} (--zoom 1 switches this off)", zoom,
+                 filling.black_at_worst > 0
+                     ? fmt::format("almost fill the pictures: up to {:.2g} % of one stays black",
+                                   100 * filling.black_at_worst)
+                     : "fill the pictures");
   for (CameraModel& camera : path.cameras) {
     camera.fx *= zoom;
     camera.fy *= zoom;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 
 #include "core/base/counted.h"
 #include "core/base/error.h"
@@ -21,6 +22,7 @@ namespace {
 constexpr double kZoomStep = 1.06, kZoomMost = 1.6;
 // Share of the pixels that may stay uncovered, in all pictures together and in any one. Guessed.
 constexpr double kUncovered = 0.005, kUncoveredAtWorst = 0.02;
+constexpr double kBlack = 1e-4;  // share of the pixels of any picture that no view fills: one of a small one
 // Pictures of this width are rendered at about this many poses of the path. Guessed.
 constexpr int kWidthPx = 120;
 constexpr std::size_t kPoses = 12;
@@ -253,27 +255,35 @@ CameraPath WalkPath(const RenderScene& scene, int frames) {
   return path;
 }
 
-double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera) {
+FillingLens FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera) {
   const std::size_t poses = path.cam_from_world.size();
   const std::size_t stride = std::max<std::size_t>(1, poses / kPoses);
+  double black_at_worst = 0;
   const auto is_filled = [&](double zoom) {
     double sum = 0, worst = 0, count = 0;
+    black_at_worst = 0;
     for (std::size_t i = 0; i < poses; i += stride, ++count) {
       const CameraModel& full = path.CameraOf(i, camera);
       CameraModel small = full.ScaledTo(kWidthPx, std::max(1, kWidthPx * full.height / full.width));
       small.fx *= zoom;
       small.fy *= zoom;
       const Rendering picture = renderer.Render(small, path.cam_from_world[i]);
-      const double uncovered = static_cast<double>(picture.empty_px + picture.filled_px) /
-                               static_cast<double>(picture.linear.total());
+      const auto pixels = static_cast<double>(picture.linear.total());
+      const double uncovered = static_cast<double>(picture.empty_px + picture.filled_px) / pixels;
+      black_at_worst = std::max(black_at_worst, static_cast<double>(picture.empty_px) / pixels);
       sum += uncovered;
       worst = std::max(worst, uncovered);
     }
     return sum <= kUncovered * count && worst <= kUncoveredAtWorst;
   };
-  double zoom = 1;
-  while (zoom * kZoomStep <= kZoomMost && !is_filled(zoom)) zoom *= kZoomStep;
-  return zoom;
+  std::optional<FillingLens> almost;
+  for (double zoom = 1;; zoom *= kZoomStep) {
+    const bool is_almost_filled = is_filled(zoom);
+    const FillingLens filling{zoom, black_at_worst};
+    if (is_almost_filled && black_at_worst <= kBlack) return {zoom, 0};
+    if (is_almost_filled && !almost) almost = filling;
+    if (zoom * kZoomStep > kZoomMost) return almost.value_or(filling);
+  }
 }
 
 bool IsNamedPath(const std::string& path) {

@@ -49,10 +49,16 @@ CameraPath SweepPath(const RenderScene& scene, int frames);
 // Passes smoothly through the places of some of the views, in their order, and looks where they look.
 CameraPath WalkPath(const RenderScene& scene, int frames);
 
-// Returns the smallest zoom from 1 to 1.6 at which the photographs fill the pictures along the path but for
-// half a per cent; 1.6 if none does. Cameras that were not held level leave the corners of pictures from
+struct FillingLens {
+  double zoom = 1;            // factor of the focal length
+  double black_at_worst = 0;  // share of the pixels of a tried picture that no photograph fills
+};
+
+// Returns the smallest zoom from 1 to 1.6 at which photographs fill the pictures along the path: the field's
+// own views but for half a per cent, all views everywhere. If black stays at 1.6, the smallest with the half
+// per cent alone; 1.6 if none has that. Cameras that were not held level leave the corners of pictures from
 // other places uncovered. Renders small pictures at some poses.
-double FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera);
+FillingLens FillingZoom(Renderer& renderer, const CameraPath& path, const CameraModel& camera);
 
 bool IsNamedPath(const std::string& path);
 // Throws Refusal if `asked` pictures (0: any number) differ from the path's number of poses. `frames` quotes

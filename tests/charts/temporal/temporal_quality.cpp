@@ -69,8 +69,9 @@ render::CameraPath PathOf(const TemporalArgs& args,
   double zoom = 1;
   if (render::IsNamedPath(args.path) && truth.TakesAnyCamera())
     zoom = render::FillingZoom(
-        *render::MakeRenderer(scene_pointer, {.renderer = commands::RendererFromName(args.renderer)}), path,
-        path.cameras.front());
+               *render::MakeRenderer(scene_pointer, {.renderer = commands::RendererFromName(args.renderer)}),
+               path, path.cameras.front())
+               .zoom;
   for (CameraModel& each : path.cameras) {
     if (each.width != path.cameras.front().width || each.height != path.cameras.front().height)
       throw Error("--path {}: its pictures differ in size; give a path with one size", args.path);

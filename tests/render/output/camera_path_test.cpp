@@ -81,11 +81,37 @@ TEST(CameraPath, ZoomFillsThePictures) {
     return static_cast<double>(picture.filled_px + picture.empty_px) /
            static_cast<double>(picture.linear.total());
   };
-  const double zoom = FillingZoom(*renderer, path, camera);
-  EXPECT_GT(zoom, 1.1);
-  EXPECT_LE(zoom, 1.6);
+  const FillingLens filling = FillingZoom(*renderer, path, camera);
+  EXPECT_GT(filling.zoom, 1.1);
+  EXPECT_LE(filling.zoom, 1.6);
   EXPECT_GT(uncovered(1), 0.02);
-  EXPECT_LT(uncovered(zoom), 0.01);
+  EXPECT_LT(uncovered(filling.zoom), 0.01);
+}
+
+// What stays black at the zoom is told, and nothing does where nothing is told.
+TEST(CameraPath, ZoomTellsWhatStaysBlack) {
+  for (const double roll_angle : {0.0, M_PI / 24, M_PI / 4}) {
+    auto scene = test::MakeScene({.viewpoints = test::GridViewpoints(6, 5, 0.2, 2.0)});
+    const CameraModel camera = scene->views.front().camera;
+    for (SceneView& view : scene->views) {
+      const Eigen::Quaterniond roll(Eigen::AngleAxisd(roll_angle, Vector3d::UnitZ()));
+      view.cam_from_world.rotation = roll * view.cam_from_world.rotation;
+      view.cam_from_world.translation = roll * view.cam_from_world.translation;
+    }
+    const auto renderer = MakeRenderer(scene, {});
+    const CameraPath path = OrbitPath(*scene, 6);
+    const FillingLens filling = FillingZoom(*renderer, path, camera);
+    double black = 0;
+    for (const Rigid3& pose : path.cam_from_world) {
+      CameraModel zoomed = camera.ScaledTo(120, 90);
+      zoomed.fx *= filling.zoom;
+      zoomed.fy *= filling.zoom;
+      const Rendering picture = renderer->Render(zoomed, pose);
+      black = std::max(black,
+                       static_cast<double>(picture.empty_px) / static_cast<double>(picture.linear.total()));
+    }
+    EXPECT_NEAR(black, filling.black_at_worst, 1e-4) << roll_angle;
+  }
 }
 
 TEST(CameraPath, TumFilesAreReadAndFaultsNamed) {
