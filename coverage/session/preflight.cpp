@@ -186,7 +186,9 @@ std::vector<PreflightItem> Preflight(const PreflightInput& input) {
     if (const auto doubt = ThresholdWarning(*input.prediction, input.cap, input.source))
       items.push_back({.name = "views", .in_order = false, .words = *doubt, .holds_start = false});
   if (!input.has_pose) {
-    items.push_back({kTracking, false, "the camera's pose is not known: see the message about tracking"});
+    items.push_back({kTracking, false,
+                     "the camera's pose is not known" +
+                         (input.tracking_words.empty() ? "" : ": " + input.tracking_words)});
     return items;
   }
   if (!input.pose_error_px) {
@@ -218,9 +220,12 @@ void PreflightReporter::Expect(const CriterionSetup& setup, const std::optional<
 }
 
 void PreflightReporter::Check(PreflightInput input) {
+  constexpr int kPatience_checks = 30;  // frames, in which every camera is still to be found; guessed
   input.prediction = prediction_;
   preflight_ = Preflight(input);
-  const bool may_be_tracked = prediction_ || input.without_subject;
+  checks_without_pose_ = input.has_pose ? 0 : checks_without_pose_ + 1;
+  const bool may_be_tracked =
+      prediction_ || (input.without_subject && checks_without_pose_ >= kPatience_checks);
   for (const PreflightItem& item : preflight_) {
     const bool said_elsewhere =
         (item.name == kTracking && !may_be_tracked) || (item.name == kCalibration && input.lens_contradicted);

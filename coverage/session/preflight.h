@@ -48,6 +48,7 @@ struct PreflightInput {
   std::vector<acquisition::LinkFact> link = {};  // empty: the camera has none
   std::vector<NoticedMistake> mistakes = {};     // so far
   bool has_pose = true;                          // of the present frame
+  std::string tracking_words = {};               // why it has none
   // PoseErrorPx() of a view taken now; none: the pose is given, or there is no subject yet.
   std::optional<double> pose_error_px;
 };
@@ -71,9 +72,9 @@ class PreflightReporter {
   void Expect(const CriterionSetup& setup, const std::optional<Cap>& cap, double until_share, bool metric,
               FrameSource source);
   // Call it while the session has recorded no view, with `input` without its prediction. Reports each failed
-  // check the first time, but "tracking" only after the prediction (or without a subject), because before it
-  // RunningCapture reports why there is no pose, and never a lens that images contradict, which
-  // RunningCapture reports, too.
+  // check the first time, but "tracking" only after the prediction or, without a subject, after thirty checks
+  // in a row without a pose, because the first frames have none, and never a lens that images contradict,
+  // which RunningCapture reports.
   void Check(PreflightInput input);
   const std::vector<PreflightItem>& preflight() const { return preflight_; }
   const std::optional<CapturePrediction>& prediction() const { return prediction_; }
@@ -86,6 +87,7 @@ class PreflightReporter {
   std::optional<CapturePrediction> prediction_;
   double until_share_ = 1;
   std::vector<PreflightItem> preflight_;
+  int checks_without_pose_ = 0;
   std::set<std::string> said_;  // names of failed checks
 };
 

@@ -124,6 +124,7 @@ void RunningCapture::UpdatePreflight(const Frame& frame) {
                    .link = meters_.Link(device_),
                    .mistakes = mistakes_.noticed(),
                    .has_pose = latest_.track.cam_from_world.has_value(),
+                   .tracking_words = tracking::InWords(latest_.track, source_),
                    .pose_error_px = PoseErrorNow()});
 }
 

@@ -254,11 +254,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   LightField& source = set.light_field;
   StagedFolder folder(dir);
   std::optional<cv::Vec3d> background = options.background;
-  if (!background && set.background) {
-    background = set.background;
-    source.doubts.push_back(fmt::format(
-        "pictures with alpha are laid over white, as in the papers ({} COLOUR)", Parameter("background")));
-  }
+  if (!background) background = set.background;
   Imported imported{source, set.format, {}};
   if (options.subject) PlaceSubject(*options.subject, source);
   if (options.without_subject) {
@@ -291,6 +287,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
   if (set.format != Name(SetFormat::kUlf)) ReportUnusedFiles(set);
   Progress progress("import");
   std::set<std::string> names;
+  std::size_t laid_over = 0;
   RawSetDoubts raw_doubts;
   try {
     if (!background) RequireRoom(folder.path(), BytesOf(source));
@@ -307,6 +304,7 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
           TakeImage(source, view, folder.path(), taken, raw_doubts);
         TakeMask(source, view, folder.path(), taken);
       } else {
+        ++laid_over;
         taken.mask_path.clear();
         TakeOverBackground(source, view, over, folder.path(), taken);
       }
@@ -314,6 +312,9 @@ Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOp
       progress.Show(static_cast<double>(i + 1) / static_cast<double>(source.views.size()), view.image_path);
     }
     for (const std::string& doubt : raw_doubts.Lines()) spdlog::warn("{}", doubt);
+    if (laid_over > 0 && !options.background)
+      spdlog::warn("{} with alpha: laid over white, as in the papers ({} COLOUR)",
+                   Counted(laid_over, "picture"), Parameter("background"));
     WriteLightField(made);
     for (const Check check : {Check::kPoses, Check::kLight}) {
       std::vector<Finding> found;

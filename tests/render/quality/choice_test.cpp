@@ -113,7 +113,8 @@ TEST(Choice, TakesTheFirstThatIsNearlyTheBest) {
 // Two rows, taken in turns: every second view would be one row, which the other shows badly.
 TEST(Choice, ScoresAsEvaluateDoes) {
   for (const int columns : {6, 12}) {
-    test::SceneSpec spec{.with_square = true};
+    test::SceneSpec spec;
+    spec.with_square = true;
     for (int column = 0; column < columns; ++column)
       for (const double y : {-0.3, 0.3}) spec.viewpoints.emplace_back(0.12 * (column - columns / 2), y, 2.0);
     const auto scene = test::MakeScene(spec);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -278,6 +279,53 @@ Rigid3 CamFromWorldIn(const std::optional<Similarity3>& world_from_chunk, const 
       .Inverse();
 }
 
+// ---- Units ----
+
+// Returns whether the local coordinate system's unit of length is the metre; so it is if none is said.
+bool IsLocalInMetres(const std::string& system) {
+  const std::size_t unit = system.rfind("UNIT[");
+  if (unit == std::string::npos) return true;
+  double metres = 0;
+  return std::sscanf(system.c_str() + unit, "UNIT[\"%*[^\"]\",%lf", &metres) == 1 && metres == 1;
+}
+
+bool HasScaleBar(const XmlElement& chunk) {
+  return std::ranges::any_of(chunk.Descendants("scalebar"), [](const XmlElement& bar) {
+    const auto known = bar.Find("reference");
+    return known && IsEnabled(*known) && known->Attribute("distance");
+  });
+}
+
+// Returns whether enough cameras or markers have known places to tell the scale.
+bool HasKnownPlaces(const XmlElement& chunk) {
+  constexpr std::ptrdiff_t kLeast = 3;
+  const auto is_known = [](const XmlElement& place) {
+    const auto known = place.Find("reference");
+    return known && IsEnabled(*known) && known->Attribute("x");
+  };
+  const auto markers = chunk.Find("markers");
+  return std::ranges::count_if(CamerasOf(chunk), is_known) >= kLeast ||
+         (markers && std::ranges::count_if(markers->Descendants("marker"), is_known) >= kLeast);
+}
+
+// Returns whether our own export says that units are metres.
+bool IsSaidToBeInMetres(const XmlElement& chunk) {
+  const auto meta = chunk.Find("meta");
+  return meta && std::ranges::any_of(meta->Children("property"), [](const XmlElement& property) {
+           return property.Attribute("name") == "ulf/units" && property.Attribute("value") == "metres";
+         });
+}
+
+// A transform's scale alone does not tell, because every chunk has one.
+bool IsInMetres(const XmlElement& chunk, const ChunkComponents& components) {
+  if (IsSaidToBeInMetres(chunk)) return true;
+  if (!components.has_scale() || components.left_out()) return components.has_scale();
+  const auto system = chunk.Find("reference");
+  const std::string words = system ? system->Text() : "";
+  const bool is_local = words.empty() || words.starts_with("LOCAL_CS");
+  return is_local && IsLocalInMetres(words) && (HasScaleBar(chunk) || HasKnownPlaces(chunk));
+}
+
 // ---- Chunks ----
 
 std::size_t PosedCamerasOf(const XmlElement& chunk) {
@@ -436,7 +484,7 @@ PosedSet ReadMetashapeSet(const fs::path& xml, const fs::path& images) {
   if (light_field.views.empty())
     throw Error("{}: '{}' and the other photographs of its cameras are not in {}; {}", xml.string(),
                 first_missing, light_field.root.string(), ImagesRemedy());
-  if (components.has_scale()) light_field.units = "metres";
+  if (IsInMetres(chunk, components)) light_field.units = "metres";
   ReadPointsBeside(xml, components.world_from_chunk(), light_field);
   rotations.Tell(xml.string(), light_field.doubts);
   fitted.Note(light_field.doubts);

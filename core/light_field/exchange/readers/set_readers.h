@@ -78,11 +78,12 @@ PosedSet ReadLlffSet(const std::filesystem::path& source, const std::filesystem:
 
 // `images` is the folder of the photographs; if empty, the first with some of them among images and photos
 // beside the file, its folder, and that folder's parent. Photographs are found by the cameras' labels, which
-// often lack the ending. The chunk with the most aligned cameras is read; units are metres if a transform
-// gives scale. Left out and named in `doubts` are cameras that were not aligned, are disabled or have no
-// photograph; other chunks; and, if a component lacks a transform, all but the largest. points.ply beside the
-// file is read if photographs show its points in the world or in the chunk's frame, and in one of them alone.
-// Throws Error that names file, line and element for anything invalid or not supported.
+// often lack the ending. The chunk with the most aligned cameras is read. Units are metres if the world is
+// geocentric, or lies in a local coordinate system of metres and three known places of cameras or markers, or
+// a scale bar, give its scale. Left out and named in `doubts` are cameras that were not aligned, are disabled
+// or have no photograph; other chunks; and, if a component lacks a transform, all but the largest. points.ply
+// beside the file is read if photographs show its points in the world or in the chunk's frame, and in one of
+// them alone. Throws Error that names file, line and element for anything invalid or not supported.
 PosedSet ReadMetashapeSet(const std::filesystem::path& xml, const std::filesystem::path& images);
 
 // NeRF's synthetic scenes (Mildenhall et al. 2020) have transforms_train.json, transforms_val.json and

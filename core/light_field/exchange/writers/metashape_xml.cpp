@@ -64,13 +64,16 @@ std::string MetashapeXmlText(const LightField& exported) {
     cameras += CameraText(exported.views[i], i);
     numbers += fmt::format("{}{}", i == 0 ? "" : " ", i);
   }
-  // A scale says that units are metres.
-  const char* transform = exported.units == "metres" ? "        <transform>\n"
-                                                       "          <rotation>1 0 0 0 1 0 0 0 1</rotation>\n"
-                                                       "          <translation>0 0 0</translation>\n"
-                                                       "          <scale>1</scale>\n"
-                                                       "        </transform>\n"
-                                                     : "";
+  // A scale tells Metashape that lengths are known; `units` tells ulf what they are.
+  const bool is_metric = exported.units == "metres";
+  const char* transform = is_metric ? "        <transform>\n"
+                                      "          <rotation>1 0 0 0 1 0 0 0 1</rotation>\n"
+                                      "          <translation>0 0 0</translation>\n"
+                                      "          <scale>1</scale>\n"
+                                      "        </transform>\n"
+                                    : "";
+  const char* units =
+      is_metric ? "    <meta>\n      <property name=\"ulf/units\" value=\"metres\"/>\n    </meta>\n" : "";
   return fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
       "<document version=\"2.0.0\">\n"
@@ -81,10 +84,10 @@ std::string MetashapeXmlText(const LightField& exported) {
       "        <partition>\n          <camera_ids>{}</camera_ids>\n        </partition>\n"
       "      </component>\n"
       "    </components>\n"
-      "    <cameras next_id=\"{}\" next_group_id=\"0\">\n{}    </cameras>\n"
+      "    <cameras next_id=\"{}\" next_group_id=\"0\">\n{}    </cameras>\n{}"
       "  </chunk>\n"
       "</document>\n",
-      exported.cameras.size(), sensors, transform, numbers, exported.views.size(), cameras);
+      exported.cameras.size(), sensors, transform, numbers, exported.views.size(), cameras, units);
 }
 
 }  // namespace ulf

@@ -20,6 +20,7 @@
 #include "core/base/error.h"
 #include "core/light_field/exchange/import_light_field.h"
 #include "core/light_field/exchange/readers/set_readers.h"
+#include "core/light_field/exchange/writers/set_writers.h"
 #include "core/light_field/formats/xml_file.h"
 #include "tests/support/test_paths.h"
 
@@ -232,14 +233,58 @@ TEST_F(MetashapeSet, PosesAndLensesComeBack) {
   ExpectProjections(read, {});
 }
 
-TEST_F(MetashapeSet, TheChunksTransformLeadsToMetres) {
+TEST_F(MetashapeSet, TheChunksTransformLeadsToTheWorld) {
   const ShapeTransform world_from_chunk{2.5, Turned(0.8, {1, 2, 3}), {10, -20, 300}};
   const LightField read = Read(Document(ChunkXml(world_from_chunk.Xml()))).light_field;
-  EXPECT_EQ(read.units, "metres");
   ASSERT_EQ(read.views.size(), 5u);
   ExpectProjections(read, world_from_chunk);
   // As it lies in a project of its own.
   EXPECT_EQ(Read(ChunkXml(world_from_chunk.Xml())).light_field.views.size(), 5u);
+}
+
+// Every chunk has a transform with a scale, also one that nothing was measured in.
+TEST_F(MetashapeSet, UnitsAreMetresWhereTheFileTells) {
+  const std::string scaled = ShapeTransform{2.5, Turned(0.8, {1, 2, 3}), {10, -20, 300}}.Xml();
+  const auto system = [](const char* unit) {
+    return fmt::format("<reference>LOCAL_CS[\"Local\",LOCAL_DATUM[\"Local Datum\",0],UNIT[{}]]</reference>",
+                       unit);
+  };
+  const std::string metres = system("\"metre\",1,AUTHORITY[\"EPSG\",\"9001\"]");
+  const std::string feet = system("\"foot\",0.3048,AUTHORITY[\"EPSG\",\"9002\"]");
+  const auto bar = [](const char* enabled) {
+    return fmt::format(
+        "<scalebars><scalebar id=\"0\"><reference distance=\"0.5\" enabled=\"{}\"/></scalebar></scalebars>",
+        enabled);
+  };
+  const auto markers = [](int count) {
+    std::string text = "<markers>";
+    for (int i = 0; i < count; ++i)
+      text += fmt::format(
+          "<marker id=\"{0}\"><reference x=\"{0}\" y=\"1\" z=\"2\" enabled=\"true\"/></marker>", i);
+    return text + "</markers>";
+  };
+  const std::string far = ShapeTransform{2.5, Turned(0.8, {1, 2, 3}), {4e6, 1e6, 4e6}}.Xml();
+  const std::string said = "<meta><property name=\"ulf/units\" value=\"metres\"/></meta>";
+  const std::pair<std::string, const char*> cases[] = {{scaled, "arbitrary"},
+                                                       {scaled + metres, "arbitrary"},
+                                                       {bar("true"), "arbitrary"},
+                                                       {scaled + bar("true"), "metres"},
+                                                       {scaled + metres + bar("1"), "metres"},
+                                                       {scaled + metres + bar("false"), "arbitrary"},
+                                                       {scaled + feet + bar("true"), "arbitrary"},
+                                                       {scaled + metres + markers(3), "metres"},
+                                                       {scaled + metres + markers(2), "arbitrary"},
+                                                       {far, "metres"},
+                                                       {said, "metres"}};
+  for (const auto& [more, units] : cases)
+    EXPECT_EQ(Read(Document(ChunkXml(more))).light_field.units, units) << more;
+  for (const auto& [units, transform] : {std::pair("metres", true), std::pair("arbitrary", false)}) {
+    LightField light_field = Read(Document(ChunkXml(""))).light_field;
+    light_field.units = units;
+    const std::string ours = MetashapeXmlText(light_field);
+    EXPECT_EQ(ours.find("<scale>") != std::string::npos, transform);
+    EXPECT_EQ(Read(ours).light_field.units, units);
+  }
 }
 
 TEST_F(MetashapeSet, AGeocentricTranslationIsLeftOut) {

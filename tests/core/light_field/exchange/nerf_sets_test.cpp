@@ -93,6 +93,20 @@ TEST_F(NerfSet, TheBackgroundCanBeChosen) {
     EXPECT_EQ(test::RunUlf(import + "2 --background " + bad).exit_code, 2) << bad;
 }
 
+TEST_F(NerfSet, WithoutAlphaIsNotLaidOverWhite) {
+  const auto import = [&](const char* name) {
+    const auto run = test::RunUlf("import " + (scratch_ / "set").string() + " --no-check -o " +
+                                  (scratch_ / name).string());
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    return run.errors;
+  };
+  EXPECT_THAT(import("with"), HasSubstr("6 pictures with alpha: laid over white"));
+  for (const char* part : {"train", "test"})
+    for (const auto& entry : fs::directory_iterator(scratch_ / "set" / part))
+      cv::imwrite(entry.path().string(), cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(40, 80, 120)));
+  EXPECT_THAT(import("without"), testing::Not(HasSubstr("alpha")));
+}
+
 // Its photographs lie in another folder, where only the ends of their names lead.
 TEST_F(NerfSet, IsFoundByTheEndsOfItsNames) {
   fs::create_directories(scratch_ / "elsewhere");
