@@ -24,6 +24,7 @@
 #include "core/image/image.h"
 #include "core/light_field/folder/light_check.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "core/light_field/folder/unused_folder.h"
 #include "coverage/operator/coverage_drawing.h"
 #include "coverage/session/record/map_cache.h"
 #include "render/masks/turntable_masks.h"
@@ -188,13 +189,24 @@ std::optional<PoseErrors> ErrorsAgainst(const std::string& truth, const CaptureR
   }
 }
 
+// Returns whether the frames are pictures of a folder whose poses are found here.
+bool ArePhotographsOfAFolder(const CaptureArgs& args, const coverage::CaptureSummary& summary,
+                             const acquisition::Device& device) {
+  return summary.source == FrameSource::kPhotographs && !device.Camera() && args.poses.FindLens() &&
+         std::filesystem::is_directory(DeviceUri::Parse(args.uri).path);
+}
+
+std::string WayOfPhotographsInAnyOrder(const CaptureArgs& args) {
+  return fmt::format("For photographs in any order: ulf import {} --pose -o DIR",
+                     ShellWord(DeviceUri::Parse(args.uri).path));
+}
+
 // Says that the photographs of a folder do not follow each other, if most have no pose and neighbours show
 // other things; empty otherwise. A camera that was lost for a while still shows nearly what it showed before.
 std::string WhyPhotographsAreApart(const CaptureArgs& args, const coverage::CaptureSummary& summary,
                                    std::size_t tracked, acquisition::Device& device) {
   constexpr int kLookedAt = 120;  // frames
-  const bool is_folder_of_photographs = summary.source == FrameSource::kPhotographs && !device.Camera();
-  if (!is_folder_of_photographs || !args.poses.FindLens() || 2 * tracked >= summary.frames) return {};
+  if (!ArePhotographsOfAFolder(args, summary, device) || 2 * tracked >= summary.frames) return {};
   tracking::Succession succession;
   device.Start();
   for (int i = 0; i < kLookedAt; ++i) {
@@ -207,11 +219,15 @@ std::string WhyPhotographsAreApart(const CaptureArgs& args, const coverage::Capt
   if (apart <= near) return {};
   return fmt::format(
       "only {} of {} have a pose, because they do not follow one another as the frames of a moving camera "
-      "do: of {} the second shows other things, or the same elsewhere in the picture. For photographs in any "
-      "order: ulf import {} --pose -o DIR",
+      "do: of {} the second shows other things, or the same elsewhere in the picture. {}",
       tracked, Counted(summary.frames, "photograph"),
       fmt::format("{} of {} neighbours", apart, Counted(near + apart, "pair")),
-      ShellWord(DeviceUri::Parse(args.uri).path));
+      WayOfPhotographsInAnyOrder(args));
+}
+
+// A failed capture leaves what was recorded; views that were taken back lie in unposed/.
+void LeaveNothingOf(const CaptureArgs& args) {
+  if (!args.resume) RemoveUnused(args.dir);
 }
 
 }  // namespace
@@ -260,10 +276,14 @@ int CloseCapture(const CaptureArgs& args, const LensUseArgs& lens, const coverag
           was_asked_to_end ? "" : WhyPhotographsAreApart(args, summary, run.live.size(), *hand.device);
       !why_apart.empty()) {
     fmt::print(stderr, "ulf: {}\n", why_apart);
+    LeaveNothingOf(args);
     return kFailed;
   }
   if (report.views == 0 && !was_asked_to_end) {
-    fmt::print(stderr, "ulf: {}\n", NothingRecorded(summary, run.live.size()));
+    fmt::print(
+        stderr, "ulf: {}{}\n", NothingRecorded(summary, run.live.size()),
+        ArePhotographsOfAFolder(args, summary, *hand.device) ? ". " + WayOfPhotographsInAnyOrder(args) : "");
+    LeaveNothingOf(args);
     return kFailed;
   }
   const std::string why_few = FewRecordedReason(summary);

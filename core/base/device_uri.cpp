@@ -4,17 +4,36 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/base/shell_word.h"
 
 namespace ulf {
+
+namespace {
+
+// A path that exists is given more often than the scheme is forgotten for another reason.
+std::string RemedyFor(const std::string& given) {
+  namespace fs = std::filesystem;
+  std::error_code unknown;
+  if (fs::is_character_file(given, unknown)) return "write v4l2:" + given;
+  if (fs::is_regular_file(given, unknown)) return "write " + ShellWord("replay:" + given);
+  if (fs::is_directory(given, unknown))
+    return fmt::format(
+        "write {} for pictures that a moving camera took one after another ('ulf import {} {} -o DIR' "
+        "poses photographs in any order)",
+        ShellWord("replay:" + given), ShellWord(given), Parameter("pose"));
+  return "use sim:studio, replay:PATH or aravis:ID (see 'ulf devices')";
+}
+
+}  // namespace
 
 DeviceUri DeviceUri::Parse(const std::string& uri) {
   const std::size_t colon = uri.find(':');
   if (colon == std::string::npos || colon == 0)
-    throw Refusal("", uri, fmt::format("'{}' is not a device URI", uri),
-                  "use sim:studio, replay:PATH or aravis:ID (see 'ulf devices')");
+    throw Refusal("", uri, fmt::format("'{}' is not a device URI", uri), RemedyFor(uri));
   DeviceUri parsed;
   parsed.scheme = uri.substr(0, colon);
   const std::size_t question = uri.find('?', colon);

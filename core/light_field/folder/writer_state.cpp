@@ -16,8 +16,8 @@
 #include "core/light_field/folder/folder_check.h"
 #include "core/light_field/folder/leftovers.h"
 #include "core/light_field/folder/quick_checks.h"
+#include "core/light_field/folder/unused_folder.h"
 #include "core/light_field/folder/view_files.h"
-#include "core/light_field/formats/transforms_json.h"
 #include "core/light_field/journal_stamp.h"
 #include "core/light_field/light_field.h"
 #include "core/light_field/points/point_io.h"
@@ -105,22 +105,6 @@ void LockAsBefore(const LightField& light_field, LockedWhiteBalance& white_balan
     } catch (const Error&) {
       continue;
     }
-  }
-}
-
-// A capture that ended before its first view left only derived files.
-bool IsUnused(const fs::path& dir) {
-  std::error_code unknown;
-  if (!fs::is_regular_file(dir / kJournalFile, unknown)) return false;
-  for (const char* folder : {"images", "masters", "unposed"})
-    if (fs::is_directory(dir / folder, unknown) && !fs::is_empty(dir / folder, unknown)) return false;
-  try {
-    // Without a header the capture ended before it began.
-    if (ReadWholeFile(dir / kJournalFile).find('\n') == std::string::npos)
-      return !fs::exists(dir / kTransformsFile) && !fs::exists(dir / "sparse");
-    return ReadJournal(dir / kJournalFile).next_view_id == 1;
-  } catch (const Error&) {
-    return false;
   }
 }
 

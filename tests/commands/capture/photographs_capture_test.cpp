@@ -1,4 +1,5 @@
-// Tests: commands/capture/capture_closing, coverage/session/prepared_capture.
+// Tests: commands/capture/capture_closing, coverage/session/prepared_capture,
+// core/light_field/folder/unused_folder.
 //
 // `ulf capture replay:FOLDER` tells single photographs from frames, and a recording whose lens nobody knows
 // is tracked with the lens that its pictures tell.
@@ -56,6 +57,17 @@ TEST_F(PhotographsCapture, FailsWhereTheyAreUnordered) {
                                 HasSubstr("ulf import " + Folder().string() + " --pose -o DIR")));
 }
 
+// Of whatever cause.
+TEST_F(PhotographsCapture, ThatRecordNothingAreSentToImport) {
+  for (int i = 0; i < 3; ++i)
+    cv::imwrite((Folder() / fmt::format("{}.png", i)).string(), cv::Mat(360, 480, CV_8UC1, 90.0));
+  const CommandResult run = Capture("replay:" + Folder().string(), "--focal-px 390");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.errors, AllOf(HasSubstr("nothing was recorded"), Not(HasSubstr("see the message")),
+                                HasSubstr("ulf import " + Folder().string() + " --pose -o DIR")));
+  EXPECT_FALSE(fs::exists(Dir())) << "nothing is left of it";
+}
+
 TEST_F(PhotographsCapture, FramesOfALostCameraAreFrames) {
   const TexturedRoom room({.seed = 2}), other({.furniture = Furniture::kRound, .seed = 9});
   for (int i = 0; i < 40; ++i) Add(room, TexturedRoom::HandAt(2 * i));
@@ -88,14 +100,15 @@ TEST_F(PhotographsCapture, OtherSizesAreSentToImport) {
 // As a telephone's, of which nothing is known.
 class VideoCapture : public PhotographsCapture {
  protected:
-  std::string Video(int frames) const {
+  std::string Video(int frames, bool stands = false) const {
     const std::string file = (scratch_ / "walk.mp4").string();
     const TexturedRoom room({});
     VideoWriter writer(file, {640, 480}, 30);
     for (int i = 0; i < frames; ++i) {
       cv::Mat colors;
-      cv::cvtColor(room.Take(TexturedRoom::HandAt(i), static_cast<std::uint64_t>(i)).image.pixels, colors,
-                   cv::COLOR_GRAY2BGR);
+      cv::cvtColor(
+          room.Take(TexturedRoom::HandAt(stands ? 0 : i), static_cast<std::uint64_t>(i)).image.pixels, colors,
+          cv::COLOR_GRAY2BGR);
       writer.Add(colors);
     }
     writer.Close();
@@ -110,6 +123,15 @@ TEST_F(VideoCapture, FindsTheLensThatNobodyKnows) {
   for (const char* word : {"board", "target", "calibrate", "Calibrate"})
     EXPECT_THAT(run.errors + run.output, Not(HasSubstr(word)));
   EXPECT_NEAR(ReadLightField(Dir()).cameras.at(0).fx, 520, 0.015 * 520);
+}
+
+TEST_F(VideoCapture, ThatStandsStillSaysWhyThereIsNoPose) {
+  const CommandResult run = Capture(Video(45, true), "--focal-px 520");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.errors, AllOf(HasSubstr("pose is not known: "), HasSubstr("parallax"),
+                                HasSubstr("nothing was recorded"), Not(HasSubstr("see the message")),
+                                Not(HasSubstr("ulf import"))));
+  EXPECT_FALSE(fs::exists(Dir()));
 }
 
 TEST_F(VideoCapture, KeepsALensThatIsGiven) {

@@ -155,6 +155,27 @@ TEST(OutputPath, RefusesWhatCannotBeWritten) {
   EXPECT_THROW(RequireWritableFolder((folder / "file").string()), Refusal);
 }
 
+TEST(DeviceUriTest, APathIsWrittenOut) {
+  const test::ScratchFolder scratch;
+  std::ofstream(scratch / "my walk.mp4") << "film";
+  std::filesystem::create_directories(scratch / "photos");
+  const auto remedy = [](const std::string& given) -> std::string {
+    try {
+      DeviceUri::Parse(given);
+    } catch (const Refusal& refusal) {
+      return refusal.what();
+    }
+    return "it was taken";
+  };
+  EXPECT_THAT(remedy((scratch / "my walk.mp4").string()),
+              ::testing::HasSubstr("write \"replay:" + (scratch / "my walk.mp4").string() + "\""));
+  const std::string photos = (scratch / "photos").string();
+  EXPECT_THAT(remedy(photos), ::testing::AllOf(::testing::HasSubstr("write replay:" + photos + " for"),
+                                               ::testing::HasSubstr("ulf import " + photos)));
+  EXPECT_THAT(remedy("/dev/null"), ::testing::HasSubstr("write v4l2:/dev/null"));
+  EXPECT_THAT(remedy("nothing"), ::testing::HasSubstr("sim:studio"));
+}
+
 TEST(DeviceUriTest, OptionsAreReadWithinTheirRange) {
   const DeviceUri uri = DeviceUri::Parse("sim:studio?fps=15&queue=4&seed=1.5");
   EXPECT_EQ(uri.Number("fps", 30, 1, 100), 15);
