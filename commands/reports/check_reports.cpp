@@ -199,21 +199,42 @@ FrameSource SourceOf(const LightField& light_field) {
   return uri.starts_with("sim:") ? FrameSource::kCamera : FrameSource::kSettableCamera;
 }
 
-std::string LampAdvice(const LightCheck& check, FrameSource source) {
-  if (check.drifts.empty() && check.fluctuations.empty()) return "";
+namespace {
+
+std::string AllChangesInWords(const LightCheck& check) {
   std::string words;
   for (const LampDrift& drift : check.drifts)
     words +=
         fmt::format("{}{} (+- {:.1f})", words.empty() ? "" : "; ", drift.Words(), 100 * drift.standard_error);
   for (const LampFluctuation& waver : check.fluctuations)
     words += (words.empty() ? "" : "; ") + waver.Words();
-  return words +
-         ": the lamp or the daylight changed, or the camera's automatics did, and rendered pictures change "
-         "with them; even the views out when you render them (--light fit)" +
+  return words;
+}
+
+std::string LargestChangeInWords(const LightCheck& check) {
+  const auto size_of = [](const LampDrift& drift) { return std::abs(drift.difference); };
+  if (!check.drifts.empty()) return std::ranges::max_element(check.drifts, {}, size_of)->Words();
+  if (check.fluctuations.empty()) return {};
+  return std::ranges::max_element(check.fluctuations, {}, &LampFluctuation::spread)->Words();
+}
+
+// The finding is kept, and must be right before and after there is a mesh.
+std::string AdviceFor(const std::string& changes, FrameSource source) {
+  return changes +
+         ": the lamp, the daylight or the camera's automatics changed, and rendered pictures change with "
+         "them; over a mesh ('ulf proxy DIR' makes one) renderings even this out by --light fit, exports by "
+         "--light even" +
          (IsTaken(source) ? ""
                           : fmt::format(". The next time let lamps warm up for a quarter of an hour, shut "
                                         "daylight out, and lock exposure and white balance ({})",
                                         WhereToSet(source)));
+}
+
+}  // namespace
+
+std::string LampAdvice(const LightCheck& check, FrameSource source) {
+  const std::string largest = LargestChangeInWords(check);
+  return largest.empty() ? largest : AdviceFor(largest, source);
 }
 
 LightCheck CheckLightOf(const LightField& light_field, Progress& progress) {
@@ -237,7 +258,7 @@ std::string ToText(const LightCheck& check, FrameSource source) {
                "the same from the first to the last of {} that were compared, beyond the exposures that {}\n",
                Counted(check.compared, "view"),
                check.exposure_is_told ? "the camera told" : "were found where views overlap");
-  return text + LampAdvice(check, source) + "\n";
+  return text + AdviceFor(AllChangesInWords(check), source) + "\n";
 }
 
 nlohmann::json ToJson(const LightCheck& check) {

@@ -41,7 +41,7 @@ void ReportExposures(const LightField& light_field, const ExposureScales& scales
     spdlog::warn(
         "{}: nothing says how {} (the first is {}) had been exposed, and too few points are shared with "
         "others: shown as if of the median exposure; if too bright or too dark, measure points with ulf "
-        "refine, or give {} fit",
+        "refine, or make a mesh with ulf proxy and give {} fit",
         light_field.root.string(), Counted(scales.unmatched.size(), "view"), scales.unmatched.front(),
         Parameter("light"));
 }

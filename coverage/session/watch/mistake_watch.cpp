@@ -21,7 +21,7 @@ const char* Name(Mistake mistake) {
 std::string CureOf(Mistake mistake, FrameSource source, bool compensated) {
   const bool is_taken = IsTaken(source);
   const auto even_out = [] {
-    return fmt::format("Even the views out when you render them ({} fit)", Parameter("light"));
+    return fmt::format("Even the views out over a mesh when you render them ({} fit)", Parameter("light"));
   };
   const auto begin_again = [] { return fmt::format("begin again with {} refine", Parameter("intrinsics")); };
   switch (mistake) {

@@ -224,6 +224,21 @@ class WithoutLiveView : public Device {
   const FrameSource source_;
 };
 
+TEST(Advice, OnLightHasOneFigureAndTheMeshItNeeds) {
+  using Kind = LampDrift::Kind;
+  const LightCheck check{
+      .drifts = {{Kind::kBrightness, 0.05, 0.01, 1, 5, 6, 10}, {Kind::kBlueness, -0.4, 0.01, 1, 3, 4, 10}},
+      .fluctuations = {{Kind::kGreenness, 0.6}}};
+  const std::string advice = LampAdvice(check, FrameSource::kRecording);
+  EXPECT_EQ(std::ranges::count(advice, '%'), 1) << advice;
+  EXPECT_THAT(advice, testing::AllOf(testing::HasSubstr("views 4 to 10 are 49 % redder"),
+                                     testing::HasSubstr("'ulf proxy DIR'"), testing::HasSubstr("--light fit"),
+                                     testing::HasSubstr("--light even")));
+  EXPECT_THAT(LampAdvice({.fluctuations = check.fluctuations}, FrameSource::kRecording),
+              testing::HasSubstr("goes up and down by 82 %"));
+  EXPECT_EQ(LampAdvice({}, FrameSource::kRecording), "");
+}
+
 TEST(Advice, WithoutLiveViewNamesPhotographs) {
   for (const FrameSource source : kFrameSources) try {
       RequireLiveFrames(WithoutLiveView(source));
