@@ -53,8 +53,8 @@ RenderScene Small(const RenderScene& scene, int size_px) {
   return small;
 }
 
-// Leaves out no larger share than `ulf evaluate` does: of a set that loses half of its views, or a whole row of
-// them, all pictures are guesses, and simple geometry guesses best.
+// Leaves out no larger share than `ulf evaluate` does: of a set that loses half of its views, or a whole
+// row of them, all pictures are guesses, and simple geometry guesses best.
 int LeftOutEvery(const RenderScene& scene, const ChoiceOptions& options) {
   return std::max(EvaluateOptions{}.every, static_cast<int>(scene.views.size()) / options.views_left_out);
 }

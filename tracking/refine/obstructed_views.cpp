@@ -275,8 +275,6 @@ double LargeParts(const ObstructionSearch::Counts& counts, const cv::Mat& withou
   for (int i = 1; i < parts; ++i) {
     const cv::Mat part = labels == i;
     const double expected = SumIn(counts.expected, part), confirmed = SumIn(counts.confirmed, part);
-      fprintf(stderr, "part %.3f expected %.0f confirmed %.0f own %.0f usual %.2f\n", ShareOf(part), expected,
-              confirmed, SumIn(counts.own, part), usual);
     if (ShareOf(part) >= kLeastPartShare && expected >= kLeastPartCorners &&
         confirmed < kWithoutShare * usual * expected &&
         ChanceOfSoFew(confirmed, expected, usual) < kMostChance &&

@@ -362,8 +362,7 @@ struct ByColmap {
 ByColmap Colmap(const std::string& arguments) {
   const ScratchFolder scratch;
   const std::string file = (scratch / "output").string();
-  const int status =
-      std::system(("colmap " + arguments + " >" + file + " 2>&1").c_str());
+  const int status = std::system(("colmap " + arguments + " >" + file + " 2>&1").c_str());
   return {WEXITSTATUS(status), ReadWholeFile(file)};
 }
 
