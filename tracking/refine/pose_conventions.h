@@ -36,7 +36,7 @@ std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<Un
 std::vector<UnguidedPair> PairsThatAgree(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                                          std::size_t min_matches);
 
-// Where a scene repeats itself (equal walls, tiles), photographs agree on a motion between them that was not.
+// If a scene repeats itself (equal walls, tiles), photographs agree on a motion between them that was not.
 // If the poses explain so many matches which that motion does not as chance never does, only these are left,
 // and those that stand still in both pictures, which belong to no scene.
 void LeaveOutRepetitions(const RefineScene& scene, UnguidedPair& pair);

@@ -58,7 +58,7 @@ TEST_F(PhotographsCapture, FailsWhereTheyAreUnordered) {
 }
 
 // Of whatever cause.
-TEST_F(PhotographsCapture, ThatRecordNothingAreSentToImport) {
+TEST_F(PhotographsCapture, ThatRecordNothingLeadToImport) {
   for (int i = 0; i < 3; ++i)
     cv::imwrite((Folder() / fmt::format("{}.png", i)).string(), cv::Mat(360, 480, CV_8UC1, 90.0));
   const CommandResult run = Capture("replay:" + Folder().string(), "--focal-px 390");
