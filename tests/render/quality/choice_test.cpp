@@ -330,7 +330,7 @@ TEST(Choice, TimesWithTheMemoryThatTheViewerHas) {
 // viewpoints blends the far with the near, the lumigraph takes the nearer.
 TEST(Choice, TakesAnotherFieldWhereThatIsBetter) {
   test::SceneSpec spec;
-  spec.viewpoints = test::CapViewpoints(40, 0.5, 2.0, 0.45);
+  spec.viewpoints = test::CapViewpoints(72, 0.5, 2.0, 0.6);
   spec.subject = {{0, 0, 0.5}, 0.3};
   const auto scene = test::MakeScene(spec);
   const Choice choice = ChooseByName(
