@@ -356,7 +356,6 @@ RelativePoseResult RelativePose(std::span<const RayPair> pairs, const RelativePo
                      support(essential),
                      choice.runner_up,
                      0};
-  result.best_motion = choice.best->second_from_first;
   const double outliers = static_cast<double>(pairs.size()) - static_cast<double>(explained);
   const double by_chance = (2 + 3 * std::sqrt(2 * kChanceInBand * outliers)) * threshold * threshold /
                            (choice.noise * choice.noise);

@@ -57,8 +57,6 @@ struct RelativePoseResult {
   int points = 0;                  // number of triangulated points
   double direction_sigma_deg = 0;  // one standard deviation of the translation's direction
   MotionEvidence evidence;
-  // The motion of least cost, with a translation of length 1, good or not; none without evidence.
-  std::optional<Rigid3> best_motion;
   // The median parallax of the points or, without points, what the best rotation leaves of it.
   double median_parallax_deg = 0;
   double parallax_needed_deg = 0;  // that would suffice, as far as this pair of views tells

@@ -157,20 +157,8 @@ std::optional<ViewTest> TestByPair(const MatchedSet& set, int view, const Matche
   return test;
 }
 
-// Returns whether a neighbour's matches speak for the view's pose and not for the other: then the scene
-// repeats itself, and the other pose is that of a part that looks the same.
-bool IsPoseConfirmed(const MatchedSet& set, int view, const Rigid3& other_cam_from_world) {
-  return std::ranges::any_of(set.neighbours[At(view)], [&](const MatchedNeighbour& neighbour) {
-    UnguidedPair pair{view, neighbour.view, {}, {}};
-    for (std::size_t corner = 0; corner < neighbour.corner.size(); ++corner)
-      if (neighbour.corner[corner] >= 0)
-        pair.matches.push_back({static_cast<int>(corner), neighbour.corner[corner], 0});
-    return FitsAlone(set.scene, pair, other_cam_from_world);
-  });
-}
-
 // Fits a pose to the corners of all tests of a view by consensus, without the recorded one; none where most
-// corners agree on no pose, or where neighbours confirm the recorded one as well.
+// corners agree on no pose.
 std::optional<ContradictedView> RefitPose(const MatchedSet& set, int view,
                                           const std::vector<const ViewTest*>& tests) {
   const RefineView& own = set.scene.view(view);
@@ -196,7 +184,6 @@ std::optional<ContradictedView> RefitPose(const MatchedSet& set, int view,
   if (!found || static_cast<double>(found->inliers.size()) <
                     kCheckExplainedShare * static_cast<double>(observations.size()))
     return std::nullopt;
-  if (IsPoseConfirmed(set, view, found->cam_from_world)) return std::nullopt;
   ContradictedView contradicted;
   contradicted.view = view;
   std::vector<double> errors, distances;
@@ -275,12 +262,6 @@ class OutlierSearch {
   std::set<int> no_consensus_;
 };
 
-UnguidedPair MatchWithoutRepetitions(const RefineScene& scene, int first, int second) {
-  UnguidedPair pair = MatchUnguided(scene, first, second);
-  if (pair.matches.size() >= kCheckMinMatches) LeaveOutRepetitions(scene, pair);
-  return pair;
-}
-
 // Returns one standard deviation, px, of the usual distance from the epipolar lines of the recorded poses.
 double UsualErrorPx(const std::vector<UnguidedPair>& pairs) {
   std::vector<double> medians;
@@ -333,7 +314,7 @@ void MatchElsewhere(const RefineScene& scene, int view, const std::vector<std::p
     if (first == view || second == view) known.insert({first, second});
   const auto compare = [&](int other) {
     if (!scene.view(other).registered || !known.insert(other).second) return std::size_t{0};
-    const UnguidedPair pair = MatchWithoutRepetitions(scene, view, other);
+    const UnguidedPair pair = MatchUnguided(scene, view, other);
     if (pair.errors_px.size() < kCheckMinMatches) return std::size_t{0};
     neighbours.push_back(NeighbourOfFirst(scene, pair));
     return pair.matches.size();
@@ -389,9 +370,8 @@ PoseCheck CheckPoses(const RefineInput& input,
   const std::vector<std::pair<int, int>> near = ChoosePairs(scene, kNearPairs);
   matching.Show(0, "comparing photographs with their poses");
   std::vector<UnguidedPair> pairs(near.size());
-  ParallelFor(pairs.size(), [&](std::size_t p) {
-    pairs[p] = MatchWithoutRepetitions(scene, near[p].first, near[p].second);
-  });
+  ParallelFor(pairs.size(),
+              [&](std::size_t p) { pairs[p] = MatchUnguided(scene, near[p].first, near[p].second); });
   MatchedSet set{scene, SigmasPx(scene, input, UsualErrorPx(pairs)), NeighboursBy(scene, pairs)};
 
   std::vector<std::vector<ViewTest>> tests(scene.views.size());
@@ -448,7 +428,7 @@ PoseCheck CheckPoses(const RefineInput& input,
     } else if (!own.registered) {
       check.undecided.push_back({view, own.why});
     } else if (outliers.HasNoConsensus(view)) {
-      check.undecided.push_back({view, "what its neighbours show of it agrees on no single pose"});
+      check.undecided.push_back({view, "what its neighbours show of it agrees on no pose"});
     } else if (set.neighbours[At(view)].empty()) {
       check.undecided.push_back(
           {view,

@@ -82,70 +82,25 @@ bool IsNoChance(int agreeing, int matches, int sample, double chance) {
          0;
 }
 
-// A pair of views with the rays of its matches.
-struct RaysOfPair {
-  std::vector<RayPair> rays;
-  double focal_px = 0;
-  // Wide: a wrong lens bends true matches, too, while wrong ones are off by a part of the picture.
-  double threshold_px = 0;
-  double chance_by_line = 0, chance_by_point = 0;  // shares of the picture within the threshold
-};
-
-RaysOfPair MatchedRaysOf(const RefineScene& scene, const UnguidedPair& pair) {
+// Returns whether the matches of a pair agree on a motion of the camera, found in them alone. The threshold
+// is wide: a wrong lens bends true matches, too, while wrong ones are off by a part of the picture.
+bool AgreesByItself(const RefineScene& scene, const UnguidedPair& pair) {
   constexpr double kThresholdShare = 0.01;  // of the picture's width. Guessed.
   const RefineView &first = scene.view(pair.first), &second = scene.view(pair.second);
+  std::vector<RayPair> rays;
+  for (const FeatureMatch& match : pair.matches)
+    rays.push_back(
+        {first.features[match.first].ray.normalized(), second.features[match.second].ray.normalized()});
   const CameraModel& lens = scene.LensOf(first);
   const double threshold_px = kThresholdShare * lens.width, area_px2 = 1.0 * lens.width * lens.height;
-  RaysOfPair of_pair{{},
-                     lens.MeanFocalPx(),
-                     threshold_px,
-                     2 * threshold_px * std::hypot(lens.width, lens.height) / area_px2,
-                     M_PI * threshold_px * threshold_px / area_px2};
-  for (const FeatureMatch& match : pair.matches)
-    of_pair.rays.push_back(
-        {first.features[match.first].ray.normalized(), second.features[match.second].ray.normalized()});
-  return of_pair;
-}
-
-// Returns whether the matches agree on the motion that was found in them.
-bool AgreeOn(const RelativePoseResult& found, const RaysOfPair& pair) {
-  const int matches = static_cast<int>(pair.rays.size());
-  return IsNoChance(found.evidence.by_essential, matches, 5, pair.chance_by_line) ||
-         IsNoChance(found.evidence.by_homography, matches, 4, pair.chance_by_point) ||
-         IsNoChance(found.evidence.by_rotation, matches, 2, pair.chance_by_point);
-}
-
-// Returns for each match whether the motion explains it, with its point before both cameras.
-std::vector<bool> ExplainedBy(const Rigid3& second_from_first, const RaysOfPair& pair) {
-  const Eigen::Matrix3d essential = EssentialFromPose(second_from_first);
-  std::vector<bool> explained;
-  for (const RayPair& rays : pair.rays) {
-    const auto depths = DepthsWhereRaysMeet(second_from_first, rays);
-    explained.push_back(EpipolarError(essential, rays) * pair.focal_px < pair.threshold_px &&
-                        (!depths || (depths->first > 0 && depths->second > 0)));
-  }
-  return explained;
-}
-
-// Returns whether the match is at the same place of both pictures: it shows something that moves with the
-// camera, or a background that stands still behind a turntable, and no other part of a scene.
-bool StandsStill(const RayPair& rays, const RaysOfPair& pair) {
-  return (rays.first - rays.second).norm() * pair.focal_px < pair.threshold_px;
-}
-
-// Returns whether poses explain so many matches, which another motion does not, as chance never does.
-bool ExplainAlone(const std::vector<bool>& by_poses, const std::vector<bool>& by_other,
-                  const RaysOfPair& pair) {
-  int alone = 0;
-  for (std::size_t i = 0; i < by_poses.size(); ++i) alone += by_poses[i] && !by_other[i];
-  return IsNoChance(alone, static_cast<int>(by_poses.size()), 0, pair.chance_by_line);
-}
-
-bool AgreesByItself(const RefineScene& scene, const UnguidedPair& pair) {
-  const RaysOfPair of_pair = MatchedRaysOf(scene, pair);
-  return AgreeOn(
-      RelativePose(of_pair.rays, {.focal_px = of_pair.focal_px, .threshold_px = of_pair.threshold_px}),
-      of_pair);
+  const RelativePoseResult found =
+      RelativePose(rays, {.focal_px = lens.MeanFocalPx(), .threshold_px = threshold_px});
+  const double by_line = 2 * threshold_px * std::hypot(lens.width, lens.height) / area_px2,
+               by_point = M_PI * threshold_px * threshold_px / area_px2;
+  const int matches = static_cast<int>(rays.size());
+  return IsNoChance(found.evidence.by_essential, matches, 5, by_line) ||
+         IsNoChance(found.evidence.by_homography, matches, 4, by_point) ||
+         IsNoChance(found.evidence.by_rotation, matches, 2, by_point);
 }
 
 Rigid3 WithYAndZTurned(const Rigid3& cam_from_world) {
@@ -178,39 +133,6 @@ std::vector<UnguidedPair> PairsThatAgree(const RefineScene& scene, const std::ve
   for (std::size_t i = 0; i < count; ++i)
     if (agrees[i] != 0) agreeing.push_back(*tried[i * tried.size() / count]);
   return agreeing;
-}
-
-bool FitsAlone(const RefineScene& scene, const UnguidedPair& pair, const Rigid3& other_first_from_world) {
-  const RaysOfPair of_pair = MatchedRaysOf(scene, pair);
-  const Rigid3& second = scene.view(pair.second).cam_from_world;
-  const std::vector<bool> by_poses =
-      ExplainedBy(second * scene.view(pair.first).cam_from_world.Inverse(), of_pair);
-  const std::vector<bool> by_other = ExplainedBy(second * other_first_from_world.Inverse(), of_pair);
-  std::size_t alone = 0;
-  for (std::size_t i = 0; i < by_poses.size(); ++i) alone += by_poses[i] && !by_other[i];
-  return 2 * alone > by_poses.size() && ExplainAlone(by_poses, by_other, of_pair);
-}
-
-void LeaveOutRepetitions(const RefineScene& scene, UnguidedPair& pair) {
-  const RaysOfPair of_pair = MatchedRaysOf(scene, pair);
-  const int matches = static_cast<int>(of_pair.rays.size());
-  const Rigid3 second_from_first =
-      scene.view(pair.second).cam_from_world * scene.view(pair.first).cam_from_world.Inverse();
-  const std::vector<bool> by_poses = ExplainedBy(second_from_first, of_pair);
-  const auto follow = static_cast<int>(std::ranges::count(by_poses, true));
-  if (Median(pair.errors_px) <= kMostFitErrorPx || !IsNoChance(follow, matches, 0, of_pair.chance_by_line))
-    return;
-  const RelativePoseResult found =
-      RelativePose(of_pair.rays, {.focal_px = of_pair.focal_px, .threshold_px = of_pair.threshold_px});
-  if (!found.best_motion) return;
-  if (!ExplainAlone(by_poses, ExplainedBy(*found.best_motion, of_pair), of_pair)) return;
-  UnguidedPair kept{pair.first, pair.second, {}, {}};
-  for (std::size_t i = 0; i < by_poses.size(); ++i) {
-    if (!by_poses[i] && !StandsStill(of_pair.rays[i], of_pair)) continue;
-    kept.matches.push_back(pair.matches[i]);
-    kept.errors_px.push_back(pair.errors_px[i]);
-  }
-  pair = std::move(kept);
 }
 
 std::string PoseConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,

@@ -36,13 +36,6 @@ std::optional<PoseFit> FitOfPoses(const RefineScene& scene, const std::vector<Un
 std::vector<UnguidedPair> PairsThatAgree(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,
                                          std::size_t min_matches);
 
-// If a scene repeats itself (equal walls, tiles), photographs agree on a motion between them that was not.
-// If the poses explain so many matches which that motion does not as chance never does, only these are left,
-// and those that stand still in both pictures, which belong to no scene.
-void LeaveOutRepetitions(const RefineScene& scene, UnguidedPair& pair);
-// Returns whether the poses explain most matches of a pair, which another pose of its first view does not.
-bool FitsAlone(const RefineScene& scene, const UnguidedPair& pair, const Rigid3& other_first_from_world);
-
 // For poses that fit poorly: returns a clause for people that names the convention (inverted, other axes)
 // under which they would fit; "" if there is none.
 std::string PoseConvention(const RefineScene& scene, const std::vector<UnguidedPair>& pairs,

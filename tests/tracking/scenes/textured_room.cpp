@@ -101,14 +101,6 @@ TexturedRoom::TexturedRoom(const Options& options) : options_(options) {
       }
     return;
   }
-  if (options.furniture == Furniture::kEqual) {
-    for (int i = 0; i < 4; ++i) {
-      const Matrix3d axes = Turned(90.0 * i, 0);
-      Add(kWallZ * axes.col(2), axes, 2 * kWallZ, 4, 160);
-      planes_.back().texture = planes_.front().texture;
-    }
-    return;
-  }
   Add({0, 0, kWallZ}, facing, 9, 7, 200);
   switch (options.furniture) {
     case Furniture::kTiles: {
@@ -146,7 +138,6 @@ TexturedRoom::TexturedRoom(const Options& options) : options_(options) {
     case Furniture::kWall:
     case Furniture::kCorridor:
     case Furniture::kRound:
-    case Furniture::kEqual:
       break;
   }
   if (options.furniture != Furniture::kMirror) return;
