@@ -57,7 +57,7 @@ TEST_F(PhotographsCapture, FailsWhereTheyAreUnordered) {
                                 HasSubstr("ulf import " + Folder().string() + " --pose -o DIR")));
 }
 
-// Of whatever cause.
+// The cause may be any.
 TEST_F(PhotographsCapture, ThatRecordNothingLeadToImport) {
   for (int i = 0; i < 3; ++i)
     cv::imwrite((Folder() / fmt::format("{}.png", i)).string(), cv::Mat(360, 480, CV_8UC1, 90.0));

@@ -23,7 +23,7 @@ struct Surface {
   bool is_square;
 };
 
-// Where the ray of a pixel meets the square, or else the plane z = 0.
+// Returns where the ray of a pixel meets the square, or else the plane z = 0.
 std::optional<Surface> TrueSurface(const CameraModel& camera, const Rigid3& cam_from_world, int x, int y) {
   const auto ray_in_cam = camera.RayFromImg({x + 0.5, y + 0.5});
   if (!ray_in_cam || ray_in_cam->z() <= 0) return std::nullopt;

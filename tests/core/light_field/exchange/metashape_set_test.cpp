@@ -1,4 +1,5 @@
-// Tests: core/light_field/exchange/readers/metashape_set, core/light_field/formats/xml_file.
+// Tests: core/light_field/exchange/readers/metashape_set, core/light_field/exchange/readers/metashape_sensor,
+// core/light_field/formats/xml_file.
 //
 // Metashape's cameras, written here after its manual: poses and lenses come back, and what is not supported,
 // damaged or left out is said.

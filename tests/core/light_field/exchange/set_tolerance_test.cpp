@@ -190,7 +190,7 @@ TEST_F(StrangersSet, OtherLensesAreRefusedByName) {
   }
 }
 
-// As programs and people write the same.
+// Programs and people write the same in many ways.
 TEST_F(StrangersSet, OtherSpellingsMeanTheSame) {
   const json before = document_;
   for (const auto& [key, other] : std::initializer_list<std::pair<const char*, const char*>>{
