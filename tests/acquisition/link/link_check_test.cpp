@@ -102,9 +102,12 @@ TEST_F(LinkCheck, ACameraThatTheLinkHoldsBackIsTooSlow) {
   StartCamera();
   if (!Limit("tbf rate 40mbit burst 64kb latency 500ms"))
     GTEST_SKIP() << "tc or its token bucket is not here";
-  // A computer that does other work holds the camera back, too: one undisturbed check of three is enough.
+  // A computer that does other work holds the camera back, too, or loses frames: one quiet check is enough.
   LinkReport report;
-  for (int i = 0; i < 3 && (i == 0 || !report.camera_limit.empty()); ++i)
+  const auto was_disturbed = [&] {
+    return !report.camera_limit.empty() || !report.remedy || !report.remedy->starts_with("fps=");
+  };
+  for (int i = 0; i < 4 && (i == 0 || was_disturbed()); ++i)
     report = CheckLink("aravis:T1?roi=512x512+0+0&fps=40", {.seconds = 0.8, .first_frame_s = 2});
   EXPECT_TRUE(report.trials.front().TooSlow()) << report.trials.front().fps;
   EXPECT_EQ(report.camera_limit, "") << "its packets come all the time";
