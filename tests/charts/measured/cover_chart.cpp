@@ -124,8 +124,7 @@ std::vector<Way> Ways(const Effort& effort) {
 Chart MeasureCover(const Effort& effort) {
   const std::vector<Way> ways = Ways(effort);
   const std::vector<std::string> scenes =
-      effort.Of(std::vector<std::string>{"studio"},
-                {"studio", "gloss", "glass", "plant", "bust", "room", "picture", "branch"});
+      effort.Of(std::vector<std::string>{"studio"}, {"studio", "gloss", "plant", "picture"});
   constexpr double kFull = 0.97;  // of the cap; a capture ends at 0.98, and its last adjustment moves views
   std::vector<CoverRun> runs(scenes.size() * ways.size());
   ParallelFor(

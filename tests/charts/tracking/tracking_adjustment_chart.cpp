@@ -42,8 +42,7 @@ Chart MeasureAdjustment(const Effort& effort) {
                   {"mapping a frame [times cv::ORB with 1,000 features, CPU]"},
                   Log(live ? "centres, live, RMS [mm]" : "centres, RMS [mm]"));
     for (const Choice& choice : Choices(effort)) {
-      TrackedCase one{
-          recording, {.deterministic = true}, effort.Of(60, IsSimulated(recording) ? 360 : 100000)};
+      TrackedCase one{recording, {.deterministic = true}, effort.Of(60, IsSimulated(recording) ? 360 : 300)};
       one.options.mapping = choice.options;
       one.panel = NameOf(recording);
       one.series = choice.series;
@@ -62,7 +61,7 @@ Chart MeasureAdjustment(const Effort& effort) {
 CHART(tracking_adjustment, MeasureAdjustment,
       "The map's adjustments: what they cost against the error of live poses", R"(Cost: processor time of
   everything but the tracking of a frame, by the number of frames, over cv::ORB with 1,000 features.
-  Simulator: three seeds, 360 frames, 15 a second, room. Recordings: the whole, with 10 features more and
+  Simulator: three seeds, 360 frames, 15 a second, room. Recordings: 300 frames, with 10 features more and
   fewer. Medians of three runs, bars: lowest to highest.)");
 
 }  // namespace
