@@ -252,15 +252,15 @@ int RunAgainst(const ProtocolArgs& args, const SceneArgs& scene_args,
         "NEW' makes",
         scene_args.dir);
   const LightField a = ReadLightField(scene_args.dir), b = ReadLightField(args.against);
+  if (!table.empty()) RequireWritable(table);
+  std::optional<StagedFolder> folder;  // refuses one in use before photographs are compared
+  if (!args.out.empty()) folder.emplace(args.out);
   const render::SharedPhotographs shared = SharedOf(a, b);
   const Splits splits = SplitBoth(a, b, shared, args.protocol);
-  if (!table.empty()) RequireWritable(table);
-  std::optional<StagedFolder> folder;
   fs::path folder_a, folder_b;  // empty: nothing is written
-  if (!args.out.empty()) {
+  if (folder) {
     RequireDifferentNames(a, splits.a.test);
     RequireDifferentNames(b, splits.b.test);
-    folder.emplace(args.out);
     folder_a = folder->path() / "A";
     folder_b = folder->path() / "B";
     MakeFolder(folder_a);

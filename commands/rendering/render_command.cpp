@@ -75,7 +75,8 @@ render::CameraPath PathOf(const RenderArgs& args, const render::RenderScene& sce
   return path;
 }
 
-void Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath& path) {
+// Returns how many times the pictures were zoomed.
+double Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath& path) {
   const bool lens_is_free = render::IsNamedPath(args.path) && args.focal_px == 0 && args.fov_deg == 0;
   // A subject that is cut out never fills a picture.
   render::FillingLens filling{args.zoom > 0 ? args.zoom : 1.0};
@@ -92,6 +93,7 @@ void Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPath
     camera.fx *= zoom;
     camera.fy *= zoom;
   }
+  return zoom;
 }
 
 // The statistics of a run of ulf render.
@@ -277,21 +279,24 @@ int RunRender(const RenderArgs& args) {
     const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];
     render::RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
   }
+  std::map<std::string, std::string> settings = SettingsKnownEarly(args, *plain, path);
+  if (!single && !render::IsVideo(args.out))
+    render::RequireFolderFor(args.out, settings, NamedChoices(args), args.overwrite);
   const auto [renderer, explained] = ChosenRendererOf(args, encoding, plain);
-  Zoom(args, *renderer, path);
+  const double zoom = Zoom(args, *renderer, path);
   if (args.aperture.IsSet()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
   if (!path.apertures.empty()) {
     RequireRings(renderer->field(), renderer->scene().mesh);
     WarnOfWidth(path.apertures, renderer->scene());
   }
 
+  AddChoices(*renderer, zoom, path.apertures, settings);
   std::unique_ptr<render::PictureSink> video;
   std::unique_ptr<render::PictureFiles> files;
   if (render::IsVideo(args.out))
     video = render::OpenPictureSink(args.out, args.fps);
   else
-    files = std::make_unique<render::PictureFiles>(args.out, encoding, SettingsOf(args, *renderer, path),
-                                                   args.overwrite);
+    files = std::make_unique<render::PictureFiles>(args.out, encoding, settings, args.overwrite);
   Progress progress("rendering");
   RenderReport report;
   for (int i = range.first; i < end; ++i) {

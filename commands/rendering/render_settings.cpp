@@ -9,6 +9,8 @@
 #include "core/base/counted.h"
 #include "core/geometry/digest.h"
 #include "core/light_field/folder/light_field_io.h"
+#include "render/proxy/planes_proxy.h"
+#include "render/quality/choice.h"
 
 namespace ulf::commands {
 namespace {
@@ -56,42 +58,29 @@ std::string SizesOf(const render::CameraPath& path) {
 
 }  // namespace
 
-std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const render::Renderer& renderer,
-                                              const render::CameraPath& path) {
-  const render::RenderScene& scene = renderer.scene();
-  Digest views, poses, lenses;
-  const auto text = [](std::uint64_t value) { return fmt::format("{:016x}", value); };
+std::map<std::string, std::string> SettingsKnownEarly(const RenderArgs& args,
+                                                      const render::RenderScene& scene,
+                                                      const render::CameraPath& path) {
+  Digest views, poses;
   for (const render::SceneView& view : scene.views) {
     views.Add(view.id);
     views.Add(view.cam_from_world);
     views.Add(view.camera);
     views.Add(view.black);
     views.Add(view.scale);
-    if (view.correction != render::LightCorrection{}) {
-      for (const float gain : view.correction.gain.val) views.Add(gain);
-      views.Add(view.correction.falloff_r2);
-      views.Add(view.correction.falloff_r4);
-    }
   }
   AddPhotographs(args.dir, views);
   for (std::size_t i = 0; i < path.cam_from_world.size(); ++i) {
     poses.Add(path.cam_from_world[i]);
     poses.Add(path.cameras[i]);
   }
-  for (const render::Aperture& aperture : path.apertures) {
-    lenses.Add(aperture.radius);
-    for (const double value : aperture.focus_in_world) lenses.Add(value);
-  }
   const Subject& subject = scene.subject;
-  return {{"views", fmt::format("{} ({})", scene.views.size(), text(views.Value()))},
+  return {{"views", fmt::format("{} ({})", scene.views.size(), ChecksumText(views.Value()))},
           {"subject", fmt::format("{},{},{},{}", subject.center_in_world.x(), subject.center_in_world.y(),
                                   subject.center_in_world.z(), subject.radius)},
           {"path", fmt::format("{}, {} of {} ({})", args.path, Counted(path.cam_from_world.size(), "picture"),
-                               SizesOf(path), text(poses.Value()))},
+                               SizesOf(path), ChecksumText(poses.Value()))},
           {"viewpoint mesh", args.viewpoint_mesh},
-          {"field", FieldSetting(renderer.field())},
-          {"proxy", fmt::format("{} ({})", scene.proxy->Name(), text(scene.proxy->Fingerprint()))},
-          {"aperture", fmt::format("{} ({})", ApertureText(path.apertures), text(lenses.Value()))},
           {"renderer", RendererFromName(args.renderer) == render::RendererKind::kGl ? "gl" : "reference"},
           {"background", args.background.empty() ? "none" : args.background},
           {"fill", args.no_fill ? "none" : "nearest views"},
@@ -99,6 +88,36 @@ std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const rend
           {"format", args.format.empty() ? "png" : args.format},
           {"exposure", fmt::format("{} stops", args.exposure_stops)},
           {"weights", args.weights ? "written" : "not written"}};
+}
+
+std::map<std::string, std::string> NamedChoices(const RenderArgs& args) {
+  std::map<std::string, std::string> named;
+  if (args.field != render::kAuto) named["field"] = args.field;
+  for (const char* proxy : {"plane", render::kPlanesProxy, "points", "mesh", "soft"})
+    if (args.proxy == proxy) named["proxy"] = proxy;
+  return named;
+}
+
+void AddChoices(const render::Renderer& renderer, double zoom, const std::vector<render::Aperture>& apertures,
+                std::map<std::string, std::string>& settings) {
+  const render::RenderScene& scene = renderer.scene();
+  Digest light, lenses;
+  for (const render::SceneView& view : scene.views) {
+    if (view.correction == render::LightCorrection{}) continue;
+    light.Add(view.id);
+    for (const float gain : view.correction.gain.val) light.Add(gain);
+    light.Add(view.correction.falloff_r2);
+    light.Add(view.correction.falloff_r4);
+  }
+  for (const render::Aperture& aperture : apertures) {
+    lenses.Add(aperture.radius);
+    for (const double value : aperture.focus_in_world) lenses.Add(value);
+  }
+  settings["light"] = ChecksumText(light.Value());
+  settings["field"] = FieldSetting(renderer.field());
+  settings["proxy"] = fmt::format("{} ({})", scene.proxy->Name(), ChecksumText(scene.proxy->Fingerprint()));
+  settings["zoom"] = fmt::format("{}", zoom);
+  settings["aperture"] = fmt::format("{} ({})", ApertureText(apertures), ChecksumText(lenses.Value()));
 }
 
 }  // namespace ulf::commands

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "commands/options/aperture_options.h"
 #include "commands/options/scene_options.h"
@@ -36,9 +37,17 @@ struct RenderArgs : SceneArgs {
   bool json = false;
 };
 
-// Returns all values on which the pictures of the path depend, as texts by their names. They are stored in
-// render.json, because a folder may only hold pictures that agree in them.
-std::map<std::string, std::string> SettingsOf(const RenderArgs& args, const render::Renderer& renderer,
-                                              const render::CameraPath& path);
+// All values on which the pictures of a path depend, as texts by their names, are stored in render.json,
+// because a folder may only hold pictures that agree in them.
+
+// Returns those that are known before fields and geometry are compared. The path is not zoomed yet.
+std::map<std::string, std::string> SettingsKnownEarly(const RenderArgs& args,
+                                                      const render::RenderScene& scene,
+                                                      const render::CameraPath& path);
+// Returns how the values for the field and the proxy will begin, where the options name them.
+std::map<std::string, std::string> NamedChoices(const RenderArgs& args);
+// Adds what the renderer draws with, and what follows from it.
+void AddChoices(const render::Renderer& renderer, double zoom, const std::vector<render::Aperture>& apertures,
+                std::map<std::string, std::string>& settings);
 
 }  // namespace ulf::commands

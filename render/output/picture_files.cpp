@@ -124,6 +124,19 @@ std::vector<fs::path> PicturesIn(const fs::path& folder) {
   return pictures;
 }
 
+[[noreturn]] void RefuseUnknown(const fs::path& folder) {
+  throw Refusal(
+      Parameter("output"), folder.string(),
+      "holds pictures (frame_...) but no render.json that tells what they show, and they are not replaced",
+      "choose another folder, or remove them yourself");
+}
+
+[[noreturn]] void RefuseOther(const fs::path& folder, const std::string& difference) {
+  throw Refusal(Parameter("output"), folder.string(),
+                fmt::format("holds pictures of another render ({})", difference),
+                fmt::format("choose another folder, or {}", Parameter("overwrite")));
+}
+
 // Called before the new settings are written, so that the folder is consistent if the program is killed in
 // between.
 void RemoveFormer(const fs::path& folder, const std::vector<fs::path>& pictures,
@@ -220,6 +233,22 @@ void RequireMemory(int width, int height, const PictureEncoding& encoding, std::
         Parameter("width"), Parameter("height"));
 }
 
+void RequireFolderFor(const fs::path& out, std::map<std::string, std::string> known,
+                      const std::map<std::string, std::string>& beginnings, bool overwrite) {
+  if (!fs::is_directory(out) || PicturesIn(out).empty()) return;
+  if (!fs::is_regular_file(out / kSettingsFile)) RefuseUnknown(out);
+  if (overwrite) return;
+  const std::map<std::string, std::string> stored = ReadSettings(out / kSettingsFile);
+  for (const auto& [key, first_word] : beginnings) {
+    const auto found = stored.find(key);
+    const bool fits =
+        found != stored.end() && found->second.substr(0, found->second.find_first_of(", ")) == first_word;
+    known[key] = fits ? found->second : first_word;
+  }
+  if (const std::string difference = FirstDifference(stored, known); !difference.empty())
+    RefuseOther(out, difference);
+}
+
 PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
                            const std::map<std::string, std::string>& settings, bool overwrite)
     : out_(std::move(out)), encoding_(encoding), overwrite_(overwrite) {
@@ -231,17 +260,10 @@ PictureFiles::PictureFiles(fs::path out, const PictureEncoding& encoding,
   const fs::path file = out_ / kSettingsFile;
   const bool known = fs::is_regular_file(file);
   const std::vector<fs::path> pictures = PicturesIn(out_);
-  if (!known && !pictures.empty())
-    throw Refusal(
-        Parameter("output"), out_.string(),
-        "holds pictures (frame_...) but no render.json that tells what they show, and they are not replaced",
-        "choose another folder, or remove them yourself");
+  if (!known && !pictures.empty()) RefuseUnknown(out_);
   const std::string difference = known ? FirstDifference(ReadSettings(file), settings) : "";
   if (!difference.empty() && !pictures.empty()) {
-    if (!overwrite)
-      throw Refusal(Parameter("output"), out_.string(),
-                    fmt::format("holds pictures of another render ({})", difference),
-                    fmt::format("choose another folder, or {}", Parameter("overwrite")));
+    if (!overwrite) RefuseOther(out_, difference);
     RemoveFormer(out_, pictures, difference);
   }
   if (!known || !difference.empty()) WriteFileAtomically(file, JsonText(nlohmann::json(settings), 1) + "\n");

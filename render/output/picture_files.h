@@ -54,6 +54,11 @@ std::uint64_t MemoryForPicture(int width, int height, const PictureEncoding& enc
 // Throws Error that says how much memory is needed and how much is available.
 void RequireMemory(int width, int height, const PictureEncoding& encoding, std::uint64_t available);
 
+// Throws the Refusals of PictureFiles() before its settings are all known, by those that are `known` and by
+// the first words of others. Makes nothing.
+void RequireFolderFor(const std::filesystem::path& out, std::map<std::string, std::string> known,
+                      const std::map<std::string, std::string>& beginnings, bool overwrite);
+
 class PictureFiles {
  public:
   // Makes the folder. `settings` are names and values for render.json. Throws Refusal if the folder holds

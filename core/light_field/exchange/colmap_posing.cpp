@@ -338,9 +338,9 @@ PosedByColmap PoseByColmap(const fs::path& folder, const fs::path& dir, const st
     throw Error(
         "COLMAP, which finds the poses, is not installed: no program colmap in PATH; install it (on Debian: "
         "apt install colmap), or bring the poses of another program (docs/exchange.md)");
-  const std::vector<PictureToPose> photographs = PhotographsToPose(folder);
   StagedFolder{dir};  // refuses a folder in use before the work begins
   PosedByColmap posed;
+  const std::vector<PictureToPose> photographs = PhotographsToPose(folder);
   fs::path beside = fs::absolute(dir).lexically_normal();
   if (!beside.has_filename()) beside = beside.parent_path();
   posed.work = std::make_unique<StagedFolder>(beside += ".colmap");

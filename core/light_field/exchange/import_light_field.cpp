@@ -248,6 +248,7 @@ std::uint64_t BytesOf(const LightField& source) {
 Imported Import(const fs::path& source_path, const fs::path& dir, const ImportOptions& options) {
   if (options.subject && options.without_subject)
     throw Refusal(Parameter("no_subject"), "", "a subject is given, too", "leave out one of the two");
+  StagedFolder{dir};  // refuses a folder in use before the set is read
   PosedSet set = options.model.empty()
                      ? ReadPosedSet(source_path, options.format, options.images, options.camera)
                      : ReadColmapSet(options.model, source_path);

@@ -349,9 +349,9 @@ TEST_F(ImportPose, NamesWhatCannotBePosed) {
   WriteJpeg(Set() / "1.jpg", cv::Mat(24, 32, CV_8UC1, 90.0));
   EXPECT_THAT(Import().errors, HasSubstr("holds 1 photograph,"));
   EXPECT_THAT(Import("").errors, HasSubstr("ulf import " + Set().string() + " --pose -o DIR"));
-  WriteJpeg(Set() / "2.jpg", cv::Mat(24, 32, CV_8UC1, 90.0));
   fs::create_directories(Out() / "mine");
-  EXPECT_THAT(Import().errors, HasSubstr("exists already and is not an empty folder"));
+  for (const char* how : {"--pose", ""})
+    EXPECT_THAT(Import(how).errors, HasSubstr("exists already and is not an empty folder")) << how;
   EXPECT_THAT(Left(), testing::ElementsAre("out"));
 }
 

@@ -250,6 +250,9 @@ TEST_F(ProtocolCommand, RefusesToCompareOthers) {
   const auto other = RunUlf(evaluate + (scratch_ / "noise").string());
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.errors, AllOf(HasSubstr("no photograph in common"), HasSubstr("20 photographs")));
+  const auto used = RunUlf(evaluate + (scratch_ / "noise").string() + " -o " + dir_.string());
+  EXPECT_EQ(used.exit_code, 1);
+  EXPECT_THAT(used.errors, HasSubstr("exists already")) << "before photographs are compared";
   const auto refined = RunUlf(evaluate + dir_.string() + " --refine");
   EXPECT_EQ(refined.exit_code, 2);
   EXPECT_THAT(refined.errors, HasSubstr("ulf refine"));

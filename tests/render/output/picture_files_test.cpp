@@ -287,6 +287,24 @@ TEST_F(RenderToFiles, PartsOfAPathHaveTheNumbersOfTheWhole) {
   EXPECT_THAT(past.errors, HasSubstr("9 pictures"));
 }
 
+TEST_F(RenderToFiles, RefusesAFolderBeforeComparing) {
+  ASSERT_EQ(RunUlf(Render("--frames 2 -o " + Out("d"))).exit_code, 0);
+  const auto refused = [&](const std::string& rest, const std::string& why) {
+    const auto run = RunUlf(RenderAsChosen(rest + " -o " + Out("d")));
+    EXPECT_EQ(run.exit_code, 2) << rest;
+    EXPECT_THAT(run.errors, ::testing::AllOf(HasSubstr(why), HasSubstr("choose another folder"),
+                                             ::testing::Not(HasSubstr("comparison the next time"))))
+        << rest;
+  };
+  refused("--frames 3", "path was orbit, 2 pictures");
+  refused("--frames 2 --field nearest", "field was linear, now nearest");
+  refused("--frames 2 --proxy points", "proxy was plane");
+  std::ofstream(ReadLightField(dir_).root / ReadLightField(dir_).views[0].image_path, std::ios::app) << ' ';
+  refused("--frames 2", "views was 20");
+  fs::remove(scratch_ / "d/render.json");
+  refused("--frames 2", "no render.json");
+}
+
 // render.json speaks for every picture of its folder: none of the former settings may stay.
 TEST_F(RenderToFiles, OverwritingRemovesOlderPictures) {
   const auto render = [&](const std::string& rest) { return RunUlf(Render(rest + " -o " + Out("d"))); };
