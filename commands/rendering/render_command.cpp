@@ -96,6 +96,18 @@ double Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPa
   return zoom;
 }
 
+// Says it where a picture's name was given and the path has more than one picture.
+void WarnOfOthers(const RenderArgs& args, const render::FrameRange& range, int all) {
+  const int asked = std::min(range.end.value_or(all), all) - range.first;
+  if (asked < 2) return;
+  spdlog::warn(
+      "{}: holds one picture, number {} of the path; {} not drawn: name a video (OUT.mp4) or a folder for "
+      "all, "
+      "or another picture by --frames {}:{}{}",
+      args.out, range.first, asked == 2 ? "the other one is" : fmt::format("the other {} are", asked - 1),
+      range.first + 1, range.first + 2, range.count > 0 ? fmt::format("/{}", all) : "");
+}
+
 // The statistics of a run of ulf render.
 struct RenderReport {
   int rendered = 0, kept = 0;
@@ -280,6 +292,7 @@ int RunRender(const RenderArgs& args) {
     render::RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
   }
   std::map<std::string, std::string> settings = SettingsKnownEarly(args, *plain, path);
+  if (single) WarnOfOthers(args, range, all);
   if (!single && !render::IsVideo(args.out))
     render::RequireFolderFor(args.out, settings, NamedChoices(args), args.overwrite);
   const auto [renderer, explained] = ChosenRendererOf(args, encoding, plain);

@@ -287,6 +287,21 @@ TEST_F(RenderToFiles, PartsOfAPathHaveTheNumbersOfTheWhole) {
   EXPECT_THAT(past.errors, HasSubstr("9 pictures"));
 }
 
+TEST_F(RenderToFiles, OnePictureOfSeveralSaysSo) {
+  const auto said = [&](const std::string& rest) {
+    const auto run = RunUlf(Render(rest));
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    return run.errors;
+  };
+  EXPECT_THAT(said("--frames 2 -o " + Out("a.png")),
+              ::testing::AllOf(HasSubstr("the other one is not drawn"), HasSubstr("--frames 1:2/2")));
+  for (const char* one : {"", "--frames 1 ", "--frames 1:2/3 "})
+    EXPECT_THAT(said(one + ("-o " + Out("b.png"))), ::testing::Not(HasSubstr("not drawn"))) << one;
+  WriteFileAtomically(scratch_ / "path.tum", "0 0 0 0 0 0 0 1\n1 0.1 0 0 0 0 0 1\n2 0.2 0 0 0 0 0 1\n");
+  EXPECT_THAT(said("--path " + Out("path.tum") + " -o " + Out("c.png")),
+              HasSubstr("the other 2 are not drawn"));
+}
+
 TEST_F(RenderToFiles, RefusesAFolderBeforeComparing) {
   ASSERT_EQ(RunUlf(Render("--frames 2 -o " + Out("d"))).exit_code, 0);
   const auto refused = [&](const std::string& rest, const std::string& why) {
