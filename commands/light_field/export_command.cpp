@@ -6,7 +6,6 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <opencv2/core/utility.hpp>
 
 #include "commands/light_field/export_depths.h"
 #include "commands/light_field/export_light.h"
@@ -14,6 +13,7 @@
 #include "commands/light_field/export_shutter.h"
 #include "commands/light_field/measured_points.h"
 #include "commands/options/subcommands.h"
+#include "commands/options/use_threads.h"
 #include "core/base/counted.h"
 #include "core/base/json_text.h"
 #include "core/base/progress.h"
@@ -34,7 +34,7 @@ struct ExportArgs : LightArgs {
   bool known_points = false;
   bool depth = false;
   bool global_shutter = false;
-  int threads = 2;
+  int threads = 0;  // 0: all processors
   bool json = false;
 };
 
@@ -102,7 +102,7 @@ bool IsColmap(ExportForm form) {
 int RunExport(const ExportArgs& args, ExportForm form) {
   LightField light_field = ReadLightField(args.dir);
   if (!args.subject.empty()) light_field.subject = ParseSubject(args.subject);
-  cv::setNumThreads(args.threads);
+  UseThreads(args.threads);
   Progress progress("export", args.json);
   ExportOptions options;
   options.form = form;

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <opencv2/core/utility.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "commands/options/command_line.h"
 #include "commands/options/subcommands.h"
 #include "commands/options/tracking_options.h"
+#include "commands/options/use_threads.h"
 #include "commands/reports/check_reports.h"
 #include "commands/reports/coverage_change.h"
 #include "commands/reports/explain.h"
@@ -168,7 +168,7 @@ int RunRefine(const RefineArgs& args) {
     Import(args.dir, args.output, import);
     dir = args.output;
   }
-  cv::setNumThreads(args.threads);
+  UseThreads(args.threads);
   tracking::RefineResult result;
   LightField recorded;  // unrefined
   LightField before;    // with the located photographs behind its views

@@ -6,6 +6,7 @@
 // photographs of a rig of COLMAP.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -210,6 +211,23 @@ TEST_F(ExportCommand, WritesNothingIntoTheLightField) {
     EXPECT_THAT(run.errors, HasSubstr("lies in the light field"));
   }
   EXPECT_FALSE(std::filesystem::exists(Dir() / "out"));
+}
+
+// TBB would warn of threads beyond the processors of this process.
+TEST_F(ExportCommand, IsQuietOnOneProcessor) {
+  cpu_set_t allowed;
+  ASSERT_EQ(sched_getaffinity(0, sizeof allowed, &allowed), 0);
+  int first = 0;
+  while (!CPU_ISSET(first, &allowed)) ++first;
+  const ScratchFolder scratch;
+  for (const std::string threads : {"", " --threads 4"}) {
+    const auto run =
+        test::RunProgram(fmt::format("taskset -c {} {}", first, std::getenv("ULF_BINARY")),
+                         fmt::format("export nerfstudio --known-points {} -o {}{}", Dir().string(),
+                                     (scratch / fmt::format("out{}", threads.size())).string(), threads));
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    EXPECT_THAT(run.errors, Not(HasSubstr("TBB")));
+  }
 }
 
 TEST_F(ExportCommand, SaysWhatItCutAndWhatItFound) {
