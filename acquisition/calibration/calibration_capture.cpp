@@ -296,9 +296,7 @@ std::vector<std::string> ImagesIn(const std::vector<std::string>& paths) {
     }
     if (!fs::is_directory(path)) throw Error("{}: there is no such file or folder", path);
     const PictureFolder folder = PicturesIn(path);
-    if (folder.pictures.empty() && !folder.left_out.empty())
-      throw Error("{}: the folder contains no images that are read: {}", path, folder.LeftOut());
-    if (folder.pictures.empty()) throw Error("{}: the folder contains no images; name another", path);
+    if (folder.pictures.empty()) RefuseWithoutPictures(path, folder);
     for (const std::string& line : folder.left_out) spdlog::warn("{}: left out: {}", path, line);
     for (const fs::path& file : folder.pictures) files.push_back(file.string());
   }

@@ -96,13 +96,7 @@ std::vector<fs::path> ImagesOf(const ReplayOptions& options) {
     files = ImagesOfGlob(options);
   } else {
     PictureFolder folder = PicturesIn(options.path);
-    if (folder.pictures.empty() && !folder.left_out.empty())
-      throw Error("{}: the folder contains no images that are read: {}", options.uri, folder.LeftOut());
-    if (folder.pictures.empty())
-      throw Error(
-          "{}: the folder contains no images ({} other files); name a folder of photographs, a video or a "
-          "light field",
-          options.uri, folder.others);
+    if (folder.pictures.empty()) RefuseWithoutPictures(options.uri, folder);
     for (const std::string& line : folder.left_out) spdlog::warn("{}: left out: {}", options.uri, line);
     files = std::move(folder.pictures);
   }

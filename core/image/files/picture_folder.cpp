@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/base/counted.h"
+#include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
 #include "core/image/files/image_header.h"
@@ -71,6 +72,16 @@ std::optional<Mismatch> FirstMismatch(const std::vector<std::string>& words) {
 
 std::string PictureFolder::LeftOut() const { return fmt::format("{}", fmt::join(left_out, "; ")); }
 
+void RefuseWithoutPictures(const std::string& path, const PictureFolder& folder) {
+  if (!folder.left_out.empty())
+    throw Error("{}: the folder contains no images that are read: {}", path, folder.LeftOut());
+  throw Error("{}: the folder {}; give the one that holds the photographs", path,
+              folder.is_empty      ? "is empty"
+              : folder.others == 0 ? "contains no images"
+                                   : fmt::format("contains no images, only {} other {}", folder.others,
+                                                 folder.others == 1 ? "file" : "files"));
+}
+
 PictureFolder PicturesIn(const fs::path& folder, const std::set<std::string>& used) {
   PictureFolder found;
   std::map<std::string, std::vector<std::string>> unread;  // by kind
@@ -78,6 +89,7 @@ PictureFolder PicturesIn(const fs::path& folder, const std::set<std::string>& us
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     std::error_code unknown;
+    found.is_empty = false;
     if (entry.is_directory(unknown) && name[0] != '.' && !used.contains(name) && HoldsPictures(entry.path()))
       folders.push_back(name);
     if (!entry.is_regular_file(unknown)) continue;

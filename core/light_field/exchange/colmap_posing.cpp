@@ -90,6 +90,7 @@ std::vector<PictureToPose> PhotographsToPose(const fs::path& folder) {
   if (!fs::is_directory(folder, unknown))
     throw Error("{}: is a file; give the folder of the photographs", folder.string());
   const PictureFolder found = PicturesIn(folder);
+  if (found.pictures.empty()) RefuseWithoutPictures(folder.string(), found);
   if (found.pictures.size() < 2)
     throw Error("{}: holds {}, and a pose needs others beside it{}; give the folder of the photographs",
                 folder.string(), Counted(found.pictures.size(), "photograph"),
@@ -339,8 +340,8 @@ PosedByColmap PoseByColmap(const fs::path& folder, const fs::path& dir, const st
         "COLMAP, which finds the poses, is not installed: no program colmap in PATH; install it (on Debian: "
         "apt install colmap), or bring the poses of another program (docs/exchange.md)");
   StagedFolder{dir};  // refuses a folder in use before the work begins
-  PosedByColmap posed;
   const std::vector<PictureToPose> photographs = PhotographsToPose(folder);
+  PosedByColmap posed;
   fs::path beside = fs::absolute(dir).lexically_normal();
   if (!beside.has_filename()) beside = beside.parent_path();
   posed.work = std::make_unique<StagedFolder>(beside += ".colmap");

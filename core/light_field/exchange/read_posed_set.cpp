@@ -12,6 +12,7 @@
 #include "core/base/shell_word.h"
 #include "core/geometry/rigid3.h"
 #include "core/image/files/picture_file.h"
+#include "core/image/files/picture_folder.h"
 #include "core/image/image.h"
 #include "core/light_field/exchange/readers/set_readers.h"
 #include "core/light_field/exchange/unread_sets.h"
@@ -40,6 +41,7 @@ namespace fs = std::filesystem;
           "{0}: photographs without poses (docs/exchange.md lists the formats); 'ulf import {1} {2} -o DIR' "
           "poses them through COLMAP, and frames that follow each other 'ulf capture replay:{1} -o DIR {3}'",
           path, word, Parameter("pose"), Parameter("no_subject"));
+  if (fs::is_empty(source, unknown)) RefuseWithoutPictures(path, {});
   throw Error("{}: holds no set of posed photographs; docs/exchange.md lists the formats and their files",
               path);
 }

@@ -350,7 +350,7 @@ TEST(ReplayFolder, MixedFormatsNameBothFiles) {
 
 TEST(ReplayFolder, AnEmptyFolderAndAMissingOneAreErrors) {
   test::ScratchFolder scratch;
-  EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()), HasSubstr("no images"));
+  EXPECT_THAT(ErrorOf("replay:" + scratch.path().string()), HasSubstr("folder is empty"));
   EXPECT_THAT(ErrorOf("replay:" + (scratch / "nowhere").string()), HasSubstr("nowhere"));
   EXPECT_THAT(ErrorOf<Refusal>("replay:"), HasSubstr("path"));
 }

@@ -561,6 +561,9 @@ TEST(PosedSets, CountsFilesBesideThePhotographs) {
 TEST(PosedSets, WithoutPosesTheWayOutIsSaid) {
   const ScratchFolder scratch;
   EXPECT_THAT([&] { ReadPosedSet(scratch.path(), {}, {}); },
+              ThrowsMessage<Error>(HasSubstr("the folder is empty")));
+  std::ofstream(scratch / "notes.md") << "x";
+  EXPECT_THAT([&] { ReadPosedSet(scratch.path(), {}, {}); },
               ThrowsMessage<Error>(HasSubstr("docs/exchange.md")));
   EXPECT_THAT([&] { ReadPosedSet(scratch / "none", {}, {}); }, ThrowsMessage<Error>(HasSubstr("no such")));
   cv::imwrite((scratch / "a.png").string(), cv::Mat(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)));
