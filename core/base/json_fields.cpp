@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 
 #include "core/base/json_text.h"
 
@@ -67,11 +68,33 @@ std::string WhatIsWrong(std::string_view text, std::string_view word, std::size_
   return fmt::format("'{}' cannot stand here", word.substr(0, kShown));
 }
 
+// Returns the text with NaN and Infinity in quotes, which JSON lacks and Python writes; none if it has
+// neither. So they do no harm where nobody reads them, and are no numbers where somebody does.
+std::optional<std::string> WithNotFiniteQuoted(std::string_view text) {
+  std::string quoted;
+  bool is_text = false, found = false;
+  for (std::size_t at = 0; at < text.size();) {
+    std::size_t end = at + 1;
+    if (!is_text && IsOfWord(text[at]))
+      while (end < text.size() && IsOfWord(text[end])) ++end;
+    if (is_text && text[at] == '\\' && end < text.size()) ++end;
+    const std::string_view word = text.substr(at, end - at);
+    const bool is_not_finite = !is_text && IsNotFiniteNumber(word);
+    found = found || is_not_finite;
+    quoted += is_not_finite ? fmt::format("\"{}\"", word) : std::string(word);
+    if (word == "\"") is_text = !is_text;
+    at = end;
+  }
+  return found ? std::optional(quoted) : std::nullopt;
+}
+
 }  // namespace
 
 std::string JsonFault(std::string_view text, std::size_t byte) {
   const bool is_empty = text.find_first_not_of(" \t\r\n") == std::string_view::npos;
   if (is_empty) return "not valid JSON: it is empty";
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
+    return "not valid JSON: it is text in UTF-16, and JSON is in UTF-8";
   const bool is_cut = byte == 0 || byte > text.size();
   std::string_view word;
   std::size_t at = text.size();
@@ -96,6 +119,7 @@ nlohmann::json ParseJson(std::string_view text, const std::string& where, const 
   try {
     return JsonFromText(text);
   } catch (const nlohmann::json::parse_error& error) {
+    if (const auto quoted = WithNotFiniteQuoted(text)) return ParseJson(*quoted, where, remedy);
     throw Error("{}, {}; {}", where, JsonFault(text, error.byte), remedy);
   } catch (const nlohmann::json::exception&) {
     throw Error("{}: not valid JSON: a number is too large; {}", where, remedy);

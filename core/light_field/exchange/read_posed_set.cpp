@@ -209,6 +209,15 @@ fs::path FolderOfSet(const fs::path& source) {
               unnamed > 0 ? fmt::format(" and {} more", unnamed) : "");
 }
 
+// Says which of several files of the kind is read.
+std::string RivalsInWords(const fs::path& place) {
+  std::vector<std::string> names;
+  for (const fs::path& file : RivalsOf(place)) names.push_back(file.filename().string());
+  return names.empty() ? ""
+                       : fmt::format("{}: is read, and not {} beside it; give another one as the source",
+                                     place.string(), AbbreviatedList(names));
+}
+
 }  // namespace
 
 PosedSet ReadPosedSet(const fs::path& given, const std::optional<SetFormat>& asked, const fs::path& images,
@@ -222,11 +231,14 @@ PosedSet ReadPosedSet(const fs::path& given, const std::optional<SetFormat>& ask
   if (formats.empty()) RefuseUnposed(source);
   const SetFormat format = asked.value_or(formats.front());
   RequireOneSourceOfIntrinsics(format, source, camera.has_value());
-  PosedSet set = ReadAs(format, PlaceOf(format, source), images, camera);
+  const fs::path place = PlaceOf(format, source);
+  PosedSet set = ReadAs(format, place, images, camera);
   RequireOnePoseEach(source, set.light_field);
   if (source != given)
     set.light_field.doubts.push_back(
         fmt::format("{}: holds no set itself: the one in {} is read", given.string(), source.string()));
+  if (const std::string rivals = RivalsInWords(place); place != source && !rivals.empty())
+    set.light_field.doubts.push_back(rivals);
   if (asked) return set;
   for (const SetFormat other : formats)
     if (other != format)

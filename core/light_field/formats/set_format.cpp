@@ -6,6 +6,7 @@
 #include <array>
 #include <fstream>
 
+#include "core/base/atomic_file.h"
 #include "core/base/binary_file.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
@@ -44,10 +45,15 @@ bool IsRealityScanFile(const fs::path& file) {
          BeginningOf(file).find("capturingreality") != std::string::npos;
 }
 
-// Returns the beginning of a table in lower case, without blanks and quotation marks.
+// Returns the beginning of a table in lower case, without blanks and quotation marks, and with one comma
+// between columns, whatever separates them.
 std::string Titles(const fs::path& file) {
   std::string text = Lowercase(BeginningOf(file));
-  std::erase_if(text, [](char c) { return c == ' ' || c == '\t' || c == '"'; });
+  std::ranges::replace_if(
+      text, [](char c) { return c == ';' || c == '\t'; }, ',');
+  std::erase_if(text, [](char c) { return c == ' ' || c == '"'; });
+  const auto repeated = std::ranges::unique(text, [](char a, char b) { return a == ',' && b == ','; });
+  text.erase(repeated.begin(), repeated.end());
   return text;
 }
 
@@ -110,18 +116,27 @@ bool IsBundlerFile(const fs::path& file) {
   return Lowercase(file.extension().string()) == ".out" && BeginningOf(file).starts_with("# Bundle file");
 }
 
-// Returns the first file, by name, in the folder or in one of its `below` for which `is_one` is true; empty
-// if none.
+// Returns the files of the folder for which `is_one` is true: those of the names that programs give their
+// result (beside reconstruction.json lies reconstruction.geocoords.json), then the others, by name.
+std::vector<fs::path> FilesIn(const fs::path& folder, bool (*is_one)(const fs::path&)) {
+  const auto order = [](const fs::path& file) {
+    constexpr std::array kUsual{"reconstruction.json", "sfm_data.json", "bundle.out", "cameras.json"};
+    return std::pair(std::ranges::find(kUsual, file.filename().string()) == kUsual.end(), file);
+  };
+  std::vector<fs::path> files;
+  std::error_code unknown;
+  for (const auto& entry : fs::directory_iterator(folder.lexically_normal(), unknown))
+    if (entry.is_regular_file(unknown) && is_one(entry.path())) files.push_back(entry.path());
+  std::ranges::sort(files, {}, order);
+  return files;
+}
+
+// Returns the first of these files in the folder or in one of its `below`; empty if none.
 fs::path FirstFileIn(const fs::path& folder, std::initializer_list<const char*> below,
                      bool (*is_one)(const fs::path&)) {
-  std::error_code unknown;
-  for (const char* inside : below) {
-    fs::path first;
-    for (const auto& entry : fs::directory_iterator((folder / inside).lexically_normal(), unknown))
-      if (entry.is_regular_file(unknown) && is_one(entry.path()) && (first.empty() || entry.path() < first))
-        first = entry.path();
-    if (!first.empty()) return first;
-  }
+  for (const char* inside : below)
+    if (const std::vector<fs::path> files = FilesIn(folder / inside, is_one); !files.empty())
+      return files.front();
   return {};
 }
 
@@ -255,6 +270,19 @@ fs::path PlaceOf(SetFormat format, const fs::path& source) {
                       fs::is_directory(source / "image_0", unknown))
                  ? source
                  : fs::path();
+  }
+  return {};
+}
+
+std::vector<fs::path> RivalsOf(const fs::path& place) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(place, unknown)) return {};
+  for (const auto is_one :
+       {IsMetashapeFile, IsRealityScanTable, IsMeshroomFile, IsOpenSfmFile, IsOpenMvgFile, IsVisualSfmFile}) {
+    if (!is_one(place)) continue;
+    std::vector<fs::path> files = FilesIn(FolderOf(place), is_one);
+    std::erase_if(files, [&](const fs::path& file) { return file.filename() == place.filename(); });
+    return files;
   }
   return {};
 }

@@ -45,6 +45,9 @@ std::vector<SetFormat> FormatsIn(const std::filesystem::path& source);
 // Returns the file or folder that the format's reader takes; empty if `source` holds no such set.
 std::filesystem::path PlaceOf(SetFormat format, const std::filesystem::path& source);
 
+// Returns the other files of the kind in the folder of a set's file, which may be other states of the set.
+std::vector<std::filesystem::path> RivalsOf(const std::filesystem::path& place);
+
 // Returns the folder of a COLMAP model: `source`, or the first in it of N, N/sparse and the folder itself of
 // sparse, colmap/sparse, colmap, dense/sparse, dense, distorted/sparse, undistorted/sparse and `source`, N
 // being a number. Where COLMAP could not join all photographs, N are 0, 1, ..., and all are returned in their

@@ -138,10 +138,17 @@ void ReadOurKeys(const JsonPlace& ours, LightField& light_field) {
 class Document {
  public:
   explicit Document(const fs::path& file) : file_(file) {
-    top_ = Parse([&](json&& frame, std::size_t) {
+    const auto keep_name = [&](json&& frame, std::size_t) {
       if (frame.is_object() && frame.contains("file_path") && frame["file_path"].is_string())
         names_.push_back(frame["file_path"].get<std::string>());
-    });
+    };
+    try {
+      top_ = Parse(keep_name);
+    } catch (const Error&) {
+      if (!ParseWithNotFinite()) throw;
+      names_.clear();
+      ForEachFrame(keep_name);
+    }
     if (!top_.is_object()) throw Error("{}: expected an object with the key 'frames'", file.string());
     if (!top_.contains("frames"))
       throw Error("{}: the key 'frames' is missing; add it or export the set again", file.string());
@@ -150,9 +157,24 @@ class Document {
   const json& top() const { return top_; }
   // Returns how the frames name their photographs.
   const std::vector<std::string>& names() const { return names_; }
-  void ForEachFrame(const std::function<void(json&&, std::size_t)>& use) const { Parse(use); }
+  void ForEachFrame(const std::function<void(json&&, std::size_t)>& use) const {
+    if (!frames_.is_array()) Parse(use);
+    for (std::size_t i = 0; frames_.is_array() && i < frames_.size(); ++i) use(json(frames_[i]), i);
+  }
 
  private:
+  // Reads a file with NaN or Infinity, which Python writes. Returns false if that was not the fault.
+  bool ParseWithNotFinite() {
+    try {
+      top_ = ParseJson(ReadWholeFile(file_), file_.string(), "");
+    } catch (const Error&) {
+      return false;
+    }
+    if (!top_.is_object() || !top_.contains("frames") || !top_["frames"].is_array()) return false;
+    frames_ = std::exchange(top_["frames"], json::array());
+    return true;
+  }
+
   json Parse(const std::function<void(json&&, std::size_t)>& use) const {
     std::ifstream stream = OpenRegularFile(file_);
     std::size_t count = 0;
@@ -194,7 +216,7 @@ class Document {
   }
 
   fs::path file_;
-  json top_;
+  json top_, frames_;  // frames of a file with NaN or Infinity; else null
   std::vector<std::string> names_;
 };
 

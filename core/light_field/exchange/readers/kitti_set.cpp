@@ -64,10 +64,10 @@ fs::path PosesOfSequence(const fs::path& folder) {
       folder.string(), name.string());
 }
 
-// Returns the number that is a file's name; none for others.
+// Returns the number that is a file's name, of ten digits in KITTI's raw data; none for others.
 std::optional<std::size_t> NumberOfFrame(const std::string& name) {
   const std::string stem = fs::path(name).stem().string();
-  if (stem.empty() || stem.size() > 9 || stem.find_first_not_of("0123456789") != std::string::npos)
+  if (stem.empty() || stem.size() > 18 || stem.find_first_not_of("0123456789") != std::string::npos)
     return std::nullopt;
   return std::stoul(stem);
 }

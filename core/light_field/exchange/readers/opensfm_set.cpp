@@ -175,7 +175,7 @@ PosedSet ReadOpenSfmSet(const fs::path& file, const fs::path& chosen) {
   for (const auto& [name, object] : points.object.items()) {
     const JsonPlace place{object, points.where + " " + name};
     const std::vector<double> position = place.Numbers("coordinates", 3);
-    const std::vector<double> color = place.Numbers("color", 3);
+    const std::vector<double> color = place.Has("color") ? place.Numbers("color", 3) : std::vector<double>(3);
     ScenePoint& point = light_field.points.emplace_back();
     point.position_in_world = {position[0], position[1], position[2]};
     for (std::size_t i = 0; i < 3; ++i)

@@ -28,16 +28,25 @@ constexpr double kFilmWidth_mm = 36;
 constexpr const char* kExportAll =
     "export it again: Alignment > Export > Registration > Internal/External camera parameters";
 
-std::vector<std::string> CsvCells(std::string line) {
-  std::vector<std::string> cells;
-  line.erase(line.find_last_not_of(" \t\r") + 1);
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    std::string cell = line.substr(begin, end - begin);
-    cell.erase(cell.find_last_not_of(" \t\"") + 1);
-    cell.erase(0, cell.find_first_not_of(" \t\""));
-    cells.push_back(std::move(cell));
-    begin = end + 1;
+// Returns what separates the columns: spreadsheets of many countries write semicolons or tabs.
+char SeparatorOf(const std::string& titles) {
+  return std::ranges::max(std::string(",;\t"), {}, [&](char c) { return std::ranges::count(titles, c); });
+}
+
+std::vector<std::string> CsvCells(const std::string& line, char separator) {
+  std::vector<std::string> cells(1);
+  bool is_quoted = false;
+  for (const char c : line) {
+    if (c == '"')
+      is_quoted = !is_quoted;
+    else if (c == separator && !is_quoted)
+      cells.emplace_back();
+    else
+      cells.back() += c;
+  }
+  for (std::string& cell : cells) {
+    cell.erase(cell.find_last_not_of(" \t\r") + 1);
+    cell.erase(0, cell.find_first_not_of(" \t"));
   }
   return cells;
 }
@@ -57,7 +66,8 @@ class CsvRows {
   bool Next() {
     for (std::string line; std::getline(stream_, line);) {
       ++number_;
-      cells_ = CsvCells(line);
+      if (columns_.empty()) separator_ = SeparatorOf(line);
+      cells_ = CsvCells(line, separator_);
       const bool is_count = cells_.front().starts_with("#cameras");
       if (!is_count && !(cells_.size() == 1 && cells_.front().empty())) return true;
     }
@@ -71,7 +81,9 @@ class CsvRows {
 
   double Number(const char* title) const {
     double number = 0;
-    if (!ParseNumber(Cell(title), number) || !std::isfinite(number))
+    std::string digits = Cell(title);
+    if (separator_ != ',') std::ranges::replace(digits, ',', '.');  // 3,5 where semicolons separate
+    if (!ParseNumber(digits, number) || !std::isfinite(number))
       throw Error("{}: '{}' in the column '{}' is not a finite number; {}", Where(), Cell(title), title,
                   kExportAll);
     return number;
@@ -91,6 +103,7 @@ class CsvRows {
   std::ifstream stream_;
   std::map<std::string, std::size_t> columns_;
   std::vector<std::string> cells_;
+  char separator_ = ',';
   int number_ = 0;
 };
 

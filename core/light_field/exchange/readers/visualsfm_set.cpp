@@ -288,8 +288,10 @@ PosedSet ReadVisualSfmSet(const fs::path& file, const fs::path& chosen) {
   const std::vector<NvmCamera>& cameras = read.model.cameras;
   std::vector<std::string> names;
   for (const NvmCamera& camera : cameras) {
-    names.push_back(camera.name);
-    std::ranges::replace(names.back(), '"', ' ');  // how VisualSFM writes a space in a name
+    std::string& name = names.emplace_back(camera.name);
+    std::ranges::replace(name, '"', ' ');  // how VisualSFM writes a space in a name; others quote it
+    name.erase(name.find_last_not_of(' ') + 1);
+    name.erase(0, name.find_first_not_of(' '));
   }
   const fs::path base = fs::absolute(file).lexically_normal().parent_path();
   SetImages images(base, chosen, FoldersOfNames(base, names));

@@ -205,6 +205,26 @@ TEST_F(RealityScanTable, PosesAndLensesFitThePictures) {
   ExpectSpots(Read());
 }
 
+// As spreadsheets of other countries keep it, with quotes around names that hold the separator.
+TEST_F(RealityScanTable, SemicolonsTabsAndQuotesSeparate) {
+  for (const char separator : {';', '\t', ','}) {
+    for (std::size_t i = 0; i < cameras_.size(); ++i)
+      cameras_[i].name = fmt::format("a{} {}.png", separator == '\t' ? ',' : separator, i);
+    fs::remove_all(scratch_ / "images");
+    Draw(scratch_ / "images", Straight, 0.5);
+    std::string text = kTitle;
+    for (const DrawnCamera& camera : cameras_)
+      text += fmt::format("?,{},{},30,0,0,0,0,0,0,0,0\n", Joined(camera.center, ","), Angles(camera));
+    if (separator != ',') {
+      std::ranges::replace(text, ',', separator);
+      std::ranges::replace(text, '.', ',');
+    }
+    for (const DrawnCamera& camera : cameras_) text.replace(text.find('?'), 1, "\"" + camera.name + "\"");
+    Write("cameras.csv", text);
+    ExpectSpots(Read(""));
+  }
+}
+
 TEST_F(RealityScanTable, WhatIsMissingIsNamed) {
   Draw(scratch_.path(), Straight, 0.5);
   Write("a.csv", "#name,x,y,z,heading,pitch,roll\nshot_0.png,1,2,3,0,0,0\n");
@@ -376,6 +396,8 @@ TEST_F(KittiSet, PhotographsAndPosesAreMatchedByNumber) {
   Write("seq/poses.txt", Poses());
   fs::remove(scratch_ / "seq/image_0/000001.png");
   fs::copy(scratch_ / "seq/image_0/000000.png", scratch_ / "seq/image_0/000007.png");
+  // Raw data have longer numbers.
+  fs::rename(scratch_ / "seq/image_0/000003.png", scratch_ / "seq/image_0/0000000003.png");
   const LightField read = Read("seq");
   ExpectSpots(read, 4);
   EXPECT_THAT(read.doubts,

@@ -280,6 +280,14 @@ TEST_F(StrangersSet, KnowsTheKeysOfTheFormats) {
 }
 
 // Instant-ngp's loader lets comments pass.
+TEST_F(StrangersSet, WhatNobodyReadsMayBeNoNumber) {
+  for (json& frame : document_["frames"]) frame["sharpness"] = "here";
+  std::string text = JsonText(document_);
+  for (std::size_t at = 0; (at = text.find("\"here\"", at)) != std::string::npos;) text.replace(at, 6, "NaN");
+  std::ofstream(set() / "transforms.json") << text;
+  ExpectPoses(ReadPosedSet(set(), {}, {}).light_field, 1e-9);
+}
+
 TEST_F(StrangersSet, CommentsArePassedOver) {
   std::ofstream(set() / "transforms.json") << "// by hand\n"
                                            << JsonText(document_).insert(1, " /* 60 mm */ ") << "\n// end\n";

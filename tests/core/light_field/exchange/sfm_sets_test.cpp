@@ -315,6 +315,25 @@ TEST_F(OpenSfmSet, BrownLensOfTheLargestFitsThePictures) {
   ExpectSpots(ReadPosedSet(scratch_.path(), {}, {}).light_field);
 }
 
+TEST_F(OpenSfmSet, TheUsualFileGoesBeforeOthers) {
+  Draw(
+      scratch_ / "images",
+      [](const Vector3d& p) { return Vector2d(200 * p.head<2>() / p.z() + Vector2d(120, 90)); }, 0.5);
+  const std::string camera =
+      std::string(kSize) + R"("projection_type": "perspective", "focal": 0.83333333333333333)";
+  // Points may lack colours, and Python writes NaN for what it does not know.
+  std::string text = "[" + Reconstruction(camera) + "]";
+  text.replace(text.find("\"color\": [1, 2, 300]"), 20, "\"reprojection\": NaN");
+  Write("reconstruction.json", text);
+  Write("reconstruction.geocoords.json", "[" + Reconstruction(camera, 2) + "]");
+  const LightField read = ReadPosedSet(scratch_.path(), {}, {}).light_field;
+  ExpectSpots(read);
+  EXPECT_THAT(read.doubts, Contains(AllOf(HasSubstr("reconstruction.json: is read"),
+                                          HasSubstr("not reconstruction.geocoords.json"))));
+  fs::remove(scratch_ / "reconstruction.geocoords.json");
+  EXPECT_THAT(ReadPosedSet(scratch_.path(), {}, {}).light_field.doubts, testing::IsEmpty());
+}
+
 TEST_F(OpenSfmSet, FisheyesFitThePictures) {
   const auto long_fisheye = [](const Vector3d& p, bool with_all) {
     const double theta = std::atan2(p.head<2>().norm(), p.z()), t2 = theta * theta;
@@ -539,6 +558,15 @@ TEST_F(VisualSfmSet, MatricesAndFixedIntrinsicsFit) {
   ExpectSpots(read);
   EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("whose size it does not say")));
   EXPECT_THAT(FormatsIn(scratch_.path()), ElementsAre(SetFormat::kVisualSfm));
+}
+
+TEST_F(VisualSfmSet, NamesMayBeQuoted) {
+  for (DrawnCamera& camera : cameras_) camera.name = "a " + camera.name;
+  Draw(
+      scratch_.path(), [](const Vector3d& p) { return Vector2d(Measured(p, 0) + Vector2d(120, 90)); }, 0.5);
+  for (DrawnCamera& camera : cameras_) camera.name = "\"" + camera.name + "\"";
+  Write("model.nvm", "NVM_V3\n\n5\n" + Rows(0) + "0\n0\n");
+  ExpectSpots(Read());
 }
 
 TEST_F(VisualSfmSet, ResizedPhotographsAreNamed) {

@@ -121,10 +121,8 @@ TEST_F(BadTransforms, LiteralNanIsRefused) {
   std::string text = JsonText(document_);
   text.replace(text.find("\"cx\":") + 5, 4, "NaN ");
   std::ofstream(scratch_ / "lf/transforms.json") << text;
-  EXPECT_THAT(
-      [&] { ReadLightField(scratch_ / "lf"); },
-      ThrowsMessage<Error>(AllOf(HasSubstr("transforms.json, line 1, column "),
-                                 HasSubstr("not valid JSON: NaN ("), HasSubstr("export the set again"))));
+  EXPECT_THAT([&] { ReadLightField(scratch_ / "lf"); },
+              ThrowsMessage<Error>(AllOf(HasSubstr("transforms.json"), HasSubstr("'cx'"), HasSubstr("NaN"))));
 }
 TEST_F(BadTransforms, BracketsOneLevelTooDeepAreRefused) {
   constexpr std::size_t kLevels = 101;  // within the whole's
