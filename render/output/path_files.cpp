@@ -14,6 +14,7 @@
 #include "core/geometry/camera_json.h"
 #include "core/geometry/trajectory.h"
 #include "core/light_field/exchange/poses_of_set.h"
+#include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "render/output/keyframes.h"
 
@@ -268,12 +269,19 @@ CameraPath FromKeyframes(const json& document, const fs::path& file, const PathR
   return path;
 }
 
+// Returns whether it is a set's folder or file. JSON that is nobody's else may be a path, too.
+bool IsSet(const fs::path& path) {
+  if (std::error_code unknown; fs::is_directory(path, unknown)) return true;
+  const std::vector<SetFormat> formats = FormatsIn(path);
+  return !formats.empty() && formats.front() != SetFormat::kTransforms;
+}
+
 }  // namespace
 
 CameraPath PathFromFile(const fs::path& file, const PathRequest& request, const RenderScene& scene) {
   const auto read = [&] {
     std::error_code unknown;
-    if (fs::is_directory(file, unknown)) return FromSet(file);
+    if (IsSet(file)) return FromSet(file);
     if (file.extension() != ".json" || !fs::is_regular_file(file, unknown)) return FromTum(file);
     const json document = ReadJson(file);
     if (document.contains("camera_path")) return FromNerfstudio(document, file, request);

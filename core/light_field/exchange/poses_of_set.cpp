@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/name_order.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/readers/set_readers.h"
 #include "core/light_field/findings.h"
@@ -31,6 +32,12 @@ LightField ReadPartsOf(const fs::path& folder) {
   return all;
 }
 
+// Many programs write photographs by their own numbers or by when they were aligned.
+LightField InOrderOfNames(LightField set) {
+  std::ranges::stable_sort(set.views, NameOrder, &View::image_path);
+  return set;
+}
+
 LightField ReadWithoutPhotographs(const fs::path& source) {
   std::error_code unknown;
   const bool is_file = fs::is_regular_file(source, unknown);
@@ -54,9 +61,9 @@ LightField ReadWithoutPhotographs(const fs::path& source) {
     case SetFormat::kOpenSfm:
     case SetFormat::kOpenMvg:
     case SetFormat::kGaussian:
-      return ReadPosedSet(source, formats.front(), kNoPhotographs).light_field;
+      return InOrderOfNames(ReadPosedSet(source, formats.front(), kNoPhotographs).light_field);
     default:  // others do not say how large the pictures are
-      return ReadPosedSet(source, formats.front(), {}).light_field;
+      return InOrderOfNames(ReadPosedSet(source, formats.front(), {}).light_field);
   }
 }
 

@@ -186,7 +186,7 @@ bool SetImages::IsReservedForAnother(const std::string& path, const std::string&
 }
 
 std::string SetImages::Find(const std::string& name) const {
-  if (folder_ == kNoPhotographs) return Slashed(name);
+  if (folder_ == kNoPhotographs) return fs::path(Slashed(name)).relative_path().generic_string();
   std::string found = FindByEnd(name);
   return found.empty() ? FindBelow(name) : found;
 }

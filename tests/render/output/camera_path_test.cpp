@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <fstream>
+#include <map>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
@@ -413,6 +414,37 @@ TEST_F(PathFiles, NerfstudiosTrainingWorldIsUndone) {
       << R"({"frames": [], "applied_transform": [[0,1,0,0],[1,0,0,0],[0,0,-1,0]]})";
   const CameraPath applied = Read(kNerfstudioPath, 0, scratch_.path().string());
   EXPECT_LT((applied.cam_from_world[0].OriginInSource() - Vector3d(6, 1, 4)).norm(), 1e-12);
+}
+
+// One camera each, 3 before the origin, of 200 px; the longer side has 400 px.
+TEST_F(PathFiles, SetsOfOtherProgramsAreGivenByTheirFiles) {
+  const std::map<std::string, std::string> files{
+      {"cameras.sfm", R"({"version": ["1", "2", "6"], "views": [{"viewId": "1", "poseId": "1",
+"intrinsicId": "2", "path": "/else/a.jpg"}], "intrinsics": [{"intrinsicId": "2", "width": "400",
+"height": "300", "sensorWidth": "36", "sensorHeight": "27", "type": "pinhole", "focalLength": "18",
+"pixelRatio": "1", "principalPoint": ["0", "0"]}], "poses": [{"poseId": "1", "pose": {"transform":
+{"rotation": ["1", "0", "0", "0", "1", "0", "0", "0", "1"], "center": ["0", "0", "-3"]}}}]})"},
+      {"reconstruction.json", R"([{"cameras": {"c": {"projection_type": "perspective", "width": 400,
+"height": 300, "focal": 0.5, "k1": 0, "k2": 0}}, "shots": {"a.jpg": {"rotation": [0, 0, 0],
+"translation": [0, 0, 3], "camera": "c"}}, "points": {}}])"},
+      {"sfm_data.json", R"({"sfm_data_version": "0.3", "root_path": "/else", "views": [{"key": 0, "value":
+{"polymorphic_id": 1073741824, "ptr_wrapper": {"id": 1, "data": {"local_path": "", "filename": "a.jpg",
+"width": 400, "height": 300, "id_view": 0, "id_intrinsic": 0, "id_pose": 0}}}}], "intrinsics": [{"key": 0,
+"value": {"polymorphic_id": 2147483649, "polymorphic_name": "pinhole", "ptr_wrapper": {"id": 2, "data":
+{"width": 400, "height": 300, "focal_length": 200, "principal_point": [199.5, 149.5]}}}}],
+"extrinsics": [{"key": 0, "value": {"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "center": [0, 0, -3]}}],
+"structure": []})"},
+      {"cameras.json", R"([{"id": 0, "img_name": "a", "width": 400, "height": 300, "position": [0, 0, -3],
+"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "fx": 200, "fy": 200}])"}};
+  for (const auto& [name, text] : files) {
+    std::ofstream(scratch_ / name) << text;
+    const CameraPath path = PathFromFile(scratch_ / name, {}, scene_);
+    ASSERT_EQ(path.cameras.size(), 1u) << name;
+    EXPECT_EQ(path.cameras[0].width, 400) << name;
+    EXPECT_NEAR(path.cameras[0].fx, 200, 1e-9) << name;
+    EXPECT_LT((path.cam_from_world.at(0).Matrix() - Rigid3{{1, 0, 0, 0}, {0, 0, 3}}.Matrix()).norm(), 1e-12)
+        << name;
+  }
 }
 
 TEST_F(PathFiles, FaultyNerfstudioPathsAreNamed) {

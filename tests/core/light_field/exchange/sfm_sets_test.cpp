@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "core/base/error.h"
+#include "core/light_field/exchange/poses_of_set.h"
 #include "core/light_field/exchange/read_posed_set.h"
 #include "core/light_field/exchange/readers/set_readers.h"
 #include "core/light_field/formats/set_format.h"
@@ -267,6 +268,28 @@ TEST_F(MeshroomSet, PhotographsLieWhereTheirPathsSay) {
               ThrowsMessage<Error>(AllOf(HasSubstr("3 of its 5 photographs"), HasSubstr("images"))));
 }
 
+// As camera paths poses need no photographs, and go in the order of names: AliceVision's numbers have none.
+void ExpectPathOf(const std::vector<DrawnCamera>& cameras, const SetPoses& path) {
+  ASSERT_EQ(path.cam_from_world.size(), cameras.size());
+  ASSERT_EQ(path.cameras.size(), cameras.size());
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    EXPECT_LT((path.cam_from_world[i].rotation.toRotationMatrix() - cameras[i].cam_from_world).norm(), 1e-9)
+        << i;
+    EXPECT_LT((path.cam_from_world[i].OriginInSource() - cameras[i].center).norm(), 1e-9) << i;
+    EXPECT_EQ(path.cameras[i].width, 240) << i;
+    EXPECT_NEAR(path.cameras[i].fx, 200, 1e-9) << i;
+  }
+}
+
+TEST_F(MeshroomSet, MakesACameraPathWithoutPhotographs) {
+  std::ranges::reverse(cameras_);
+  cameras_[0].name = "shot_10.png";
+  Write("cameras.sfm", Document(kVersion, kPinhole));
+  std::ranges::reverse(cameras_);
+  ExpectPathOf(cameras_, ReadPosesOfSet(scratch_ / "cameras.sfm"));
+  ExpectPathOf(cameras_, ReadPosesOfSet(scratch_.path()));
+}
+
 // ---- OpenSfM ----
 
 class OpenSfmSet : public test::DrawnSet {
@@ -332,6 +355,13 @@ TEST_F(OpenSfmSet, TheUsualFileGoesBeforeOthers) {
                                           HasSubstr("not reconstruction.geocoords.json"))));
   fs::remove(scratch_ / "reconstruction.geocoords.json");
   EXPECT_THAT(ReadPosedSet(scratch_.path(), {}, {}).light_field.doubts, testing::IsEmpty());
+}
+
+TEST_F(OpenSfmSet, MakesACameraPathWithoutPhotographs) {
+  cameras_[4].name = "shot_10.png";
+  Write("reconstruction.json", "[" + Reconstruction(std::string(kSize) + R"("projection_type": "perspective",
+"focal": 0.83333333333333333)") + "]");
+  ExpectPathOf(cameras_, ReadPosesOfSet(scratch_ / "reconstruction.json"));
 }
 
 TEST_F(OpenSfmSet, FisheyesFitThePictures) {
@@ -421,6 +451,13 @@ class OpenMvgSet : public test::DrawnSet {
   }
   LightField Read() const { return ReadPosedSet(scratch_ / "sfm_data.json", {}, {}).light_field; }
 };
+
+TEST_F(OpenMvgSet, MakesACameraPathWithoutPhotographs) {
+  Write("sfm_data.json",
+        Document(Intrinsic(0, R"("polymorphic_id": 2147483649, "polymorphic_name": "pinhole")", "") + ",\n" +
+                 Intrinsic(1, R"("polymorphic_id": 1)", "")));
+  ExpectPathOf(cameras_, ReadPosesOfSet(scratch_ / "sfm_data.json"));
+}
 
 TEST_F(OpenMvgSet, BrownLensAndPointsFitThePictures) {
   const auto formula = [](const Vector3d& p) {
