@@ -23,6 +23,7 @@ namespace {
 
 using Eigen::Vector3d;
 using test::RunUlf;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -338,28 +339,60 @@ TEST(ProxyCommand, TakesTheMiddleOfPointsForASubject) {
   EXPECT_GT(on_the_wall, 0.9 * static_cast<double>(mesh.vertices.size()));
 }
 
+// A rolling ground of 2 side² triangles.
+void WriteGround(const std::string& file, std::uint32_t side) {
+  TriangleMesh ground;
+  for (std::uint32_t y = 0; y <= side; ++y)
+    for (std::uint32_t x = 0; x <= side; ++x) {
+      const float scale = 1 / static_cast<float>(side);
+      const float u = static_cast<float>(x) * scale - 0.5f, v = static_cast<float>(y) * scale - 0.5f;
+      ground.vertices.emplace_back(u, v, 0.05f * std::sin(20 * u) * std::cos(15 * v));
+      if (x == side || y == side) continue;
+      const std::uint32_t at = y * (side + 1) + x;
+      ground.triangles.push_back({at, at + 1, at + side + 1});
+      ground.triangles.push_back({at + 1, at + side + 2, at + side + 1});
+    }
+  WriteMeshPly(file, ground);
+}
+
+constexpr std::uint32_t kMoreThanShown = 708;
+
 TEST(ProxyCommand, TakesAsManyTrianglesAsPicturesShow) {
   const test::ScratchFolder scratch;
   const std::string dir = (scratch / "field").string(), file = (scratch / "fine.ply").string();
   test::WriteLightField(dir, PlaneSeenFrom({{0, 0, 2}}), true);
-  constexpr std::uint32_t kSide = 708;  // of a rolling ground
-  TriangleMesh fine;
-  for (std::uint32_t y = 0; y <= kSide; ++y)
-    for (std::uint32_t x = 0; x <= kSide; ++x) {
-      const float u = static_cast<float>(x) / kSide - 0.5f, v = static_cast<float>(y) / kSide - 0.5f;
-      fine.vertices.emplace_back(u, v, 0.05f * std::sin(20 * u) * std::cos(15 * v));
-      if (x == kSide || y == kSide) continue;
-      const std::uint32_t at = y * (kSide + 1) + x;
-      fine.triangles.push_back({at, at + 1, at + kSide + 1});
-      fine.triangles.push_back({at + 1, at + kSide + 2, at + kSide + 1});
-    }
-  WriteMeshPly(file, fine);
+  WriteGround(file, kMoreThanShown);
   const auto coarser = RunUlf("proxy " + dir + " --from " + file);
   ASSERT_EQ(coarser.exit_code, 0) << coarser.errors;
   EXPECT_THAT(coarser.errors, HasSubstr("fine.ply: made coarser from 1002528 triangles to "));
   const std::size_t kept = ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.size();
   EXPECT_LE(kept, 1000000u);
   EXPECT_GT(kept, 500000u);
+}
+
+TEST(ProxyCommand, TakesAsManyTrianglesAsAsked) {
+  const test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string(), file = (scratch / "fine.ply").string();
+  test::WriteLightField(dir, PlaneSeenFrom({{0, 0, 2}}), true);
+  WriteGround(file, 100);
+  const auto asked = RunUlf("proxy " + dir + " --from " + file + " --triangles 5000");
+  ASSERT_EQ(asked.exit_code, 0) << asked.errors;
+  EXPECT_THAT(asked.errors,
+              AllOf(HasSubstr("from 20000 triangles to "), HasSubstr("as asked (--triangles)")));
+  const std::size_t kept = ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.size();
+  EXPECT_LE(kept, 5000u);
+  EXPECT_GT(kept, 2500u);
+}
+
+TEST(ProxyCommand, RendersAFinerMeshMadeCoarser) {
+  const test::ScratchFolder scratch;
+  const std::string dir = (scratch / "field").string(), file = (scratch / "fine.ply").string();
+  test::WriteLightField(dir, PlaneSeenFrom({{0, 0, 2}}), true);
+  WriteGround(file, kMoreThanShown);
+  const auto shown = RunUlf("render " + dir + " --proxy " + file +
+                            " --field nearest --renderer reference -o " + (scratch / "one.png").string());
+  ASSERT_EQ(shown.exit_code, 0) << shown.errors;
+  EXPECT_THAT(shown.errors, AllOf(HasSubstr("fine.ply: made coarser, to "), HasSubstr("ulf proxy ")));
 }
 
 TEST(ProxyCommand, SaysWhatIsMissing) {

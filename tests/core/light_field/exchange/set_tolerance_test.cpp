@@ -16,6 +16,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "core/base/atomic_file.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/geometry/camera_fit.h"
@@ -535,6 +536,27 @@ TEST_F(StrangersSet, PhotographsMayLieInFoldersBelow) {
 }
 
 // Instant-ngp marks what is not to be used, in any colour.
+TEST_F(StrangersSet, OneHundredMegapixelsAreTaken) {
+  const cv::Mat large(8400, 12000, CV_8UC1, cv::Scalar(90));
+  cv::imwrite((set() / "images/shot_0.jpg").string(), large);
+  fs::remove(set() / "images/shot_0.png");
+  document_["frames"][0].update({{"file_path", "images/shot_0.jpg"},
+                                 {"w", 12000},
+                                 {"h", 8400},
+                                 {"fl_x", 11000},
+                                 {"fl_y", 11000},
+                                 {"cx", 6000},
+                                 {"cy", 4200}});
+  Read();
+  const LightField taken = Import(set(), scratch_ / "lf", {}).light_field;
+  ExpectPoses(taken, 1e-9);
+  const CameraModel& camera = taken.CameraOf(taken.views.at(0));
+  EXPECT_EQ(camera.width, 12000);
+  EXPECT_EQ(camera.fx, 11000);
+  EXPECT_EQ(ReadWholeFile(scratch_ / "lf" / taken.views[0].image_path),
+            ReadWholeFile(set() / "images/shot_0.jpg"));
+}
+
 TEST_F(StrangersSet, DynamicMasksExcludeWhatTheyMark) {
   cv::Mat mask(kHeight, kWidth, CV_8UC3, cv::Scalar::all(0));
   mask(cv::Rect(0, 0, kWidth, 12)) = cv::Scalar(0, 0, 1);
