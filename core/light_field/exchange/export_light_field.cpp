@@ -10,6 +10,7 @@
 #include <set>
 
 #include "core/base/atomic_file.h"
+#include "core/base/available_memory.h"
 #include "core/base/error.h"
 #include "core/base/json_text.h"
 #include "core/base/output_path.h"
@@ -112,10 +113,9 @@ void Add(const DepthSummary& of_view, DepthSummary& all) {
 }
 
 // Makes a few at a time on all processors, then writes them in order.
-void WritePictures(const ExportedPhotographs& pictures, std::size_t count, const ExportOptions& options,
-                   ExportSummary& summary) {
+void WritePictures(const ExportedPhotographs& pictures, std::size_t count, std::size_t at_once,
+                   const ExportOptions& options, ExportSummary& summary) {
   CopiedColorEncodings meanings;
-  const std::size_t at_once = 4 * static_cast<std::size_t>(std::max(1, cv::getNumThreads()));
   for (std::size_t done = 0; done < count; done += at_once) {
     if (options.stop && options.stop()) throw Error("stopped before the end, as asked; nothing was exported");
     const std::size_t some = std::min(at_once, count - done);
@@ -308,6 +308,17 @@ LightField AsExported(const LightField& light_field, const ExportOptions& option
 
 }  // namespace
 
+std::size_t PicturesAtOnce(const LightField& light_field, std::uint64_t available) {
+  constexpr std::uint64_t kBytesOfPixel = 32;  // linear light before and after resampling, the map between
+  std::uint64_t most_pixels = 1;
+  for (const CameraModel& camera : light_field.cameras)
+    most_pixels = std::max(
+        most_pixels, static_cast<std::uint64_t>(camera.width) * static_cast<std::uint64_t>(camera.height));
+  const auto usual = static_cast<std::uint64_t>(4 * std::max(1, cv::getNumThreads()));
+  return static_cast<std::size_t>(
+      std::clamp<std::uint64_t>(available / 2 / (kBytesOfPixel * most_pixels), 1, usual));
+}
+
 bool HasPoints(ExportForm form) { return RulesOf(form).has_points; }
 
 bool HasDepths(ExportForm form) { return RulesOf(form).has_depths; }
@@ -359,7 +370,7 @@ ExportSummary ExportLightField(const LightField& light_field, const fs::path& ou
   if (options.depths) MakeFolder(folder.path() / "depths");
   WritePictures(
       ExportedPhotographs(light_field, exported, summary.cameras, rules.masks, options, folder.path()),
-      exported.views.size(), options, summary);
+      exported.views.size(), PicturesAtOnce(light_field, AvailableMemory()), options, summary);
   WriteModel(light_field, exported, options, folder.path(), out, summary);
   if (options.form == ExportForm::kNerfSynthetic)
     std::ranges::move(

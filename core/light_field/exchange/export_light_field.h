@@ -15,6 +15,8 @@
 // complete, or the folder `out` does not exist.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -54,6 +56,10 @@ void RequireExportable(const LightField& light_field, const std::filesystem::pat
 // Throws DiskFullError if the photographs that are copied unchanged do not fit on the disk of `out`.
 void RequireRoomFor(const LightField& light_field, const std::filesystem::path& out,
                     const ExportOptions& options);
+
+// Returns how many photographs are made at a time: a few for each processor, but no more than fit into half
+// of the `available` bytes, and at least one.
+std::size_t PicturesAtOnce(const LightField& light_field, std::uint64_t available);
 
 // Runs both checks, then exports. Throws also if a photograph cannot be read, the disk is full, or `stop()`.
 ExportSummary ExportLightField(const LightField& light_field, const std::filesystem::path& out,

@@ -96,6 +96,16 @@ TEST(Export, PosesAndProjectionsAreTheSources) {
 }
 
 // COLMAP's files hold no points without a track beside those that have one.
+TEST(Export, LargePhotographsAreMadeFewerAtOnce) {
+  LightField large;
+  large.cameras = {CameraModel::Pinhole(640, 480, 600), CameraModel::Pinhole(12000, 8500, 9000)};
+  EXPECT_EQ(PicturesAtOnce(large, 1'000'000'000), 1u) << "also where not one fits";
+  EXPECT_EQ(PicturesAtOnce(large, 14'000'000'000), 2u);
+  large.cameras.pop_back();
+  EXPECT_GE(PicturesAtOnce(large, 14'000'000'000), 4u);
+  EXPECT_EQ(PicturesAtOnce(large, 14'000'000'000), PicturesAtOnce(large, 1'000'000'000'000));
+}
+
 TEST(Export, ThePointsThatAreCountedAreThoseInTheFiles) {
   const ScratchFolder scratch;
   LightField source = test::TrackedLightField(scratch / "lf", {test::Straight()});
