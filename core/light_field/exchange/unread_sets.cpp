@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <string_view>
 #include <vector>
 
+#include "core/base/binary_file.h"
 #include "core/base/lowercase.h"
 
 namespace ulf {
@@ -17,6 +19,7 @@ struct UnreadKind {
   std::string_view begins, ending;  // of the name, in lower case
   const char* what;
   const char* way_out;
+  std::string_view holds = {};  // what its first bytes hold, where the name does not tell
 };
 
 // Sorted by how much a file tells: a database lies beside many other sets.
@@ -41,6 +44,14 @@ constexpr UnreadKind kUnreadKinds[] = {
      "nerfstudio's 'ns-process-data record3d' makes a folder with transforms.json of it"},
     {"", ".p4d", "a project of Pix4D",
      "open its photographs in COLMAP, Meshroom or Metashape, and take that set"},
+    {"", "_calibrated_camera_parameters.txt", "cameras of Pix4D",
+     "open its photographs in COLMAP, Meshroom or Metashape, and take that set"},
+    {"", ".xml", "a block of photographs for iTwin Capture (ContextCapture)",
+     "let the program that wrote it export COLMAP's format or Agisoft XML", "<BlocksExchange"},
+    {"metadata", "metadata", "an unpacked recording of Record3D",
+     "instant-ngp's scripts/record3d2nerf.py writes a transforms.json beside it"},
+    {"bbox", ".txt", "a set of NSVF",
+     "instant-ngp's scripts/nsvf2nerf.py writes a transforms_train.json beside it"},
     {"cameras", ".npz", "cameras of IDR and NeuS",
      "NeuS2's tools/data_format_from_neus.py makes a folder with transforms.json of them"},
     {"", ".pose.txt", "poses of 7-Scenes, camera to world with y down and z forward",
@@ -57,7 +68,11 @@ constexpr UnreadKind kUnreadKinds[] = {
 
 bool IsOfKind(const UnreadKind& kind, const fs::path& file) {
   const std::string name = Lowercase(file.filename().string());
-  return name.starts_with(kind.begins) && name.ends_with(kind.ending);
+  if (!name.starts_with(kind.begins) || !name.ends_with(kind.ending)) return false;
+  if (kind.holds.empty()) return true;
+  constexpr std::size_t kEnough = 4096;
+  std::ifstream stream(file, std::ios::binary);
+  return BytesAt(stream, 0, kEnough).find(kind.holds) != std::string::npos;
 }
 
 }  // namespace

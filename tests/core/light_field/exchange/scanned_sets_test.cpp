@@ -416,27 +416,34 @@ TEST_F(KittiSet, PhotographsAndPosesAreMatchedByNumber) {
 
 TEST_F(ScannedSet, WhatIsNotReadIsNamedWithWhatConvertsIt) {
   Draw(scratch_ / "a", Straight, 0.5);
-  const std::vector<std::pair<std::string, std::string>> files{{"sfm.abc", "cameras.sfm"},
-                                                               {"vase.psx", "Export Cameras"},
-                                                               {"vase.rsproj", "Internal/External"},
-                                                               {"sfm_data.bin", "ConvertSfM_DataFormat"},
-                                                               {"vase.mg", "StructureFromMotion"},
-                                                               {"scene.mvs", "InterfaceCOLMAP"},
-                                                               {"take.r3d", "record3d"},
-                                                               {"cameras_sphere.npz", "from_neus.py"},
-                                                               {"frame-000000.pose.txt", "negated"},
-                                                               {"Barn_COLMAP_SfM.log", "negated"},
-                                                               {"scene0000.sens", "SensReader"},
-                                                               {"vase.blend", "BlenderNeRF"},
-                                                               {"pair.txt", "COLMAP model"},
-                                                               {"database.db", "colmap mapper"},
-                                                               {"raw.zip", "unpack it"}};
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"sfm.abc", "cameras.sfm"},
+      {"vase.psx", "Export Cameras"},
+      {"vase.rsproj", "Internal/External"},
+      {"sfm_data.bin", "ConvertSfM_DataFormat"},
+      {"vase.mg", "StructureFromMotion"},
+      {"scene.mvs", "InterfaceCOLMAP"},
+      {"take.r3d", "record3d"},
+      {"cameras_sphere.npz", "from_neus.py"},
+      {"frame-000000.pose.txt", "negated"},
+      {"Barn_COLMAP_SfM.log", "negated"},
+      {"scene0000.sens", "SensReader"},
+      {"vase.blend", "BlenderNeRF"},
+      {"pair.txt", "COLMAP model"},
+      {"vase_calibrated_camera_parameters.txt", "Pix4D"},
+      {"metadata", "record3d2nerf.py"},
+      {"bbox.txt", "nsvf2nerf.py"},
+      {"database.db", "colmap mapper"},
+      {"raw.zip", "unpack it"}};
   for (const auto& [name, words] : files) {
     Write("a/" + name, "x");
     ExpectRefused("a/" + name, name, words);
     if (name != "raw.zip") ExpectRefused("a", name, words);
     fs::remove(scratch_ / "a" / name);
   }
+  Write("a/block.xml", "<?xml version=\"1.0\"?>\n<BlocksExchange version=\"3.2\">");
+  ExpectRefused("a", "block.xml", "Agisoft XML");
+  Write("a/block.xml", "<svg/>");
   Write("a/Thumbs.db", "x");
   EXPECT_THAT([&] { Read("a"); }, ThrowsMessage<Error>(HasSubstr("photographs without poses")));
 }
