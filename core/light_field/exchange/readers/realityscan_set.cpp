@@ -134,13 +134,14 @@ std::string FrameOfXmp(const XmpValues& xmp) {
   return xmp.Text("ComponentId").value_or("");
 }
 
-// Returns the XMP files of a folder by their stem.
+// Returns the XMP files of a folder by their stem, and in lower case by those that are not there.
 std::map<std::string, fs::path> XmpFilesIn(const fs::path& folder) {
   std::map<std::string, fs::path> files;
   std::error_code unknown;
   for (const auto& entry : fs::directory_iterator(folder, unknown))
     if (Lowercase(entry.path().extension().string()) == ".xmp" && entry.is_regular_file(unknown))
       files.emplace(entry.path().stem().string(), entry.path());
+  for (const auto& [stem, file] : std::map(files)) files.emplace(Lowercase(stem), file);
   return files;
 }
 
@@ -183,8 +184,9 @@ PosedSet ReadRealityScanSet(const fs::path& folder, const fs::path& chosen) {
     for (const fs::path& place :
          {(images.folder() / inside).lexically_normal(), (base / inside).lexically_normal(), base}) {
       if (!beside.contains(place)) beside[place] = XmpFilesIn(place);
-      const auto found = beside[place].find(fs::path(name).stem().string());
-      if (found != beside[place].end()) return found->second;
+      const std::string stem = fs::path(name).stem().string(), whole = fs::path(name).filename().string();
+      for (const std::string& key : {stem, whole, Lowercase(stem), Lowercase(whole)})
+        if (const auto found = beside[place].find(key); found != beside[place].end()) return found->second;
     }
     return {};
   };

@@ -218,6 +218,16 @@ TEST_F(RealityScanSet, PhotographsMayLieElsewhere) {
   ExpectProjections(below);
 }
 
+// Windows makes no difference between cases, and other programs keep the photograph's ending.
+TEST_F(RealityScanSet, XmpFilesMayBeSpeltOtherwise) {
+  fs::rename(scratch_ / "scan 0.xmp", scratch_ / "SCAN 0.XMP");
+  fs::rename(scratch_ / "scan 1.xmp", scratch_ / "scan 1.png.xmp");
+  fs::rename(scratch_ / "scan 2.xmp", scratch_ / "Scan 2.PNG.xmp");
+  const LightField read = Read();
+  EXPECT_EQ(read.views.size(), 4u);
+  ExpectProjections(read);
+}
+
 TEST_F(RealityScanSet, ReportsWhatIsLeftOut) {
   WritePhotograph(scratch_ / "scan 4.png", 96, 72);  // no XMP file
   WritePhotograph(scratch_ / "scan 5.png", 96, 72);  // one without a pose
