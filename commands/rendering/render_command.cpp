@@ -291,10 +291,13 @@ int RunRender(const RenderArgs& args) {
     const CameraModel& camera = path.cameras[static_cast<std::size_t>(i)];
     render::RequireMemory(camera.width, camera.height, encoding, AvailableMemory());
   }
-  std::map<std::string, std::string> settings = SettingsKnownEarly(args, *plain, path);
   if (single) WarnOfOthers(args, range, all);
-  if (!single && !render::IsVideo(args.out))
+  const bool fills_folder = !single && !render::IsVideo(args.out);
+  std::map<std::string, std::string> settings;
+  if (fills_folder) {
+    settings = SettingsKnownEarly(args, *plain, path);
     render::RequireFolderFor(args.out, settings, NamedChoices(args), args.overwrite);
+  }
   const auto [renderer, explained] = ChosenRendererOf(args, encoding, plain);
   const double zoom = Zoom(args, *renderer, path);
   if (args.aperture.IsSet()) path.apertures = AperturesAlong(args.aperture, path, renderer->scene());
@@ -303,7 +306,7 @@ int RunRender(const RenderArgs& args) {
     WarnOfWidth(path.apertures, renderer->scene());
   }
 
-  AddChoices(*renderer, zoom, path.apertures, settings);
+  if (fills_folder) AddChoices(*renderer, zoom, path.apertures, settings);
   std::unique_ptr<render::PictureSink> video;
   std::unique_ptr<render::PictureFiles> files;
   if (render::IsVideo(args.out))
