@@ -14,6 +14,7 @@
 #include "core/geometry/angles.h"
 #include "core/light_field/folder/light_field_io.h"
 #include "core/light_field/folder/light_field_writer.h"
+#include "core/light_field/folder/unused_folder.h"
 #include "coverage/session/record/kept_photographs.h"
 #include "coverage/session/record/map_cache.h"
 #include "coverage/session/session_lenses.h"
@@ -164,6 +165,7 @@ void RequireExposures(const acquisition::Device& device, const ExposureBracket& 
 
 bool Prepare(const SessionArgs& args, CaptureOptions* options, PreparedCapture& prepared) {
   args.poses.RequireFor(args.lens);
+  if (!args.resume) RequireForNewLightField(args.dir);  // before the device starts
   if (args.resume) {
     prepared.writer = std::make_unique<LightFieldWriter>(LightFieldWriter::Resume(args.dir));
     ResumeOptions(args, prepared.writer->Contents(), options);

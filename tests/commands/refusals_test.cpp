@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <fstream>
+
 #include "core/light_field/folder/light_field_writer.h"
 #include "tests/support/test_paths.h"
 
@@ -45,6 +47,23 @@ TEST(Refusals, UnmakeableFrameFolderLeavesNoLightField) {
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.errors, HasSubstr("/proc/frames"));
   EXPECT_FALSE(fs::exists(scratch / "lf"));
+}
+
+TEST(Refusals, AFolderInUseIsFoundBeforeTheDevice) {
+  const ScratchFolder scratch;
+  CaptureHeader header;
+  header.camera = CameraModel::Pinhole(96, 72, 100);
+  LightFieldWriter::Create(scratch / "lf", header);
+  std::ofstream(scratch / "lf/images/1.png") << "x";
+  std::ofstream(scratch / "file") << "x";
+  for (const auto& [folder, says] : {std::pair<std::string, std::string>{"lf", "holds a light field already"},
+                                     {"", "the folder is not empty"},
+                                     {"file", "is a file"}}) {
+    const CommandResult refused =
+        RunUlf("capture replay:nowhere --headless -o " + (scratch / folder).string());
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.errors, AllOf(HasSubstr(says), Not(HasSubstr("nowhere"))));
+  }
 }
 
 TEST(Refusals, UnwritableReportIsFoundBeforeTheWork) {

@@ -6,6 +6,7 @@
 
 #include "core/base/atomic_file.h"
 #include "core/base/error.h"
+#include "core/light_field/folder/followed_links.h"
 #include "core/light_field/folder/journal.h"
 #include "core/light_field/formats/transforms_json.h"
 #include "core/light_field/journal_stamp.h"
@@ -27,6 +28,19 @@ bool IsUnused(const fs::path& dir) {
   } catch (const Error&) {
     return false;
   }
+}
+
+void RequireForNewLightField(const fs::path& dir) {
+  std::error_code unknown;
+  if (fs::exists(dir, unknown) && !fs::is_directory(dir))
+    throw Error("{}: is a file; choose another name", dir.string());
+  RequireFollowed(dir, RefusedLinks(dir, {}));
+  if (IsUnused(dir)) return;
+  if (fs::is_regular_file(dir / kJournalFile, unknown))
+    throw Error("{}: holds a light field already; go on with it ({}) or choose another folder", dir.string(),
+                Parameter("resume"));
+  if (fs::is_directory(dir, unknown) && !fs::is_empty(dir, unknown))
+    throw Error("{}: the folder is not empty; choose another one", dir.string());
 }
 
 void RemoveUnused(const fs::path& dir) {

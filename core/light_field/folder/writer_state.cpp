@@ -170,21 +170,14 @@ void MoveRemoved(const fs::path& dir, const JournalContents& journal) {
 
 std::unique_ptr<WriterState> WriterState::Created(const fs::path& dir, const CaptureHeader& header) {
   std::error_code unknown;  // MakeFolder below reports the obstacle
-  if (fs::exists(dir, unknown) && !fs::is_directory(dir))
-    throw Error("{}: is a file; choose another name", dir.string());
-  RequireFollowed(dir, RefusedLinks(dir, {}));
+  RequireForNewLightField(dir);
   const bool unused = IsUnused(dir);
-  const Error taken("{}: holds a light field already; go on with it ({}) or choose another folder",
-                    dir.string(), Parameter("resume"));
-  if (!unused && fs::is_regular_file(dir / kJournalFile, unknown)) throw taken;
-  if (!unused && fs::is_directory(dir, unknown) && !fs::is_empty(dir, unknown))
-    throw Error("{}: the folder is not empty; choose another one", dir.string());
   header.camera.Validate("the camera of " + dir.string());
   const bool made_folder = !fs::exists(dir, unknown);
   ulf::MakeFolder(dir / "images");
   auto state = std::make_unique<WriterState>(dir);
   if (unused) {
-    if (!IsUnused(dir)) throw taken;  // another process recorded into it before we held the lock
+    RequireForNewLightField(dir);  // another process may have recorded into it before we held the lock
     state->journal.CutAt(0);
   }
   LightField& light_field = state->light_field;
