@@ -121,6 +121,8 @@ nlohmann::json ToJson(const PoseReport& report, const LightField& light_field) {
                       {"error_px", check.error_px},
                       {"fits_poorly", check.fits_poorly},
                       {"fit_error_px", check.fit_error_px},
+                      {"repetitive", check.is_repetitive},
+                      {"repeated_share", check.repeated_share},
                       {"convention", check.convention},
                       {"seconds", report.seconds},
                       {"contradicted", nlohmann::json::array()},

@@ -1,7 +1,6 @@
 #include "tracking/refine/pose_check.h"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,6 +18,7 @@
 #include "tracking/estimation/absolute_pose.h"
 #include "tracking/estimation/two_view_motion.h"
 #include "tracking/refine/pose_conventions.h"
+#include "tracking/refine/repetitions.h"
 #include "tracking/refine/view_matching.h"
 #include "tracking/refine/view_pairs.h"
 
@@ -28,9 +28,10 @@ namespace {
 using Eigen::Vector3d;
 
 // The constants are guessed, except where a line says so.
-constexpr int kCheckCorners = 1200;           // a view, about
-constexpr int kCheckMaxSidePx = 1000;         // larger pictures are reduced
-constexpr std::size_t kCheckMinMatches = 15;  // shared by three views, or by two where no third shows them
+constexpr int kCheckCorners = 1200;              // a view, about
+constexpr int kCheckMaxSidePx = 1000;            // larger pictures are reduced
+constexpr std::size_t kCheckMinMatches = 15;     // shared by three views, or by two where no third shows them
+constexpr std::size_t kUndoubtedMinMatches = 8;  // of two views, where a repetition left so few
 // A corner that is off by more standard deviations contradicts: more misses wrong poses, less blames right
 // ones whose errors are those of the set, but larger than most (settled: docs/measured/tracking.md, "Views
 // whose poses their neighbours contradict").
@@ -75,6 +76,7 @@ struct MatchedSet {
   const RefineScene& scene;
   std::vector<double> sigma_px;
   std::vector<std::vector<MatchedNeighbour>> neighbours;
+  const Repetitions& repetitions;
 };
 
 // A point triangulated from two rays and projected into a third view, and how far the projection moves, px,
@@ -158,7 +160,7 @@ std::optional<ViewTest> TestByPair(const MatchedSet& set, int view, const Matche
 }
 
 // Fits a pose to the corners of all tests of a view by consensus, without the recorded one; none where most
-// corners agree on no pose.
+// corners agree on no pose, or on one that a neighbour rules out.
 std::optional<ContradictedView> RefitPose(const MatchedSet& set, int view,
                                           const std::vector<const ViewTest*>& tests) {
   const RefineView& own = set.scene.view(view);
@@ -184,6 +186,9 @@ std::optional<ContradictedView> RefitPose(const MatchedSet& set, int view,
   if (!found || static_cast<double>(found->inliers.size()) <
                     kCheckExplainedShare * static_cast<double>(observations.size()))
     return std::nullopt;
+  for (const MatchedNeighbour& each : set.neighbours[At(view)])
+    if (set.repetitions.ConfirmAgainst(view, each.view, each.corner, found->cam_from_world))
+      return std::nullopt;
   ContradictedView contradicted;
   contradicted.view = view;
   std::vector<double> errors, distances;
@@ -306,15 +311,16 @@ std::vector<std::vector<MatchedNeighbour>> NeighboursBy(const RefineScene& scene
 
 // Further neighbours of a view about which those around it by its pose say nothing: it may belong elsewhere.
 // It is compared with views all over the set, then with those around the most similar one.
-void MatchElsewhere(const RefineScene& scene, int view, const std::vector<std::pair<int, int>>& near,
-                    std::vector<MatchedNeighbour>& neighbours) {
+void MatchElsewhere(const RefineScene& scene, const Repetitions& repetitions, int view,
+                    const std::vector<std::pair<int, int>>& near, std::vector<MatchedNeighbour>& neighbours) {
   const int count = static_cast<int>(scene.views.size()), compared = std::min(count, kViewsElsewhere);
   std::set<int> known{view};
   for (const auto& [first, second] : near)
     if (first == view || second == view) known.insert({first, second});
   const auto compare = [&](int other) {
     if (!scene.view(other).registered || !known.insert(other).second) return std::size_t{0};
-    const UnguidedPair pair = MatchUnguided(scene, view, other);
+    UnguidedPair pair = MatchUnguided(scene, view, other);
+    repetitions.DropFrom(pair);
     if (pair.errors_px.size() < kCheckMinMatches) return std::size_t{0};
     neighbours.push_back(NeighbourOfFirst(scene, pair));
     return pair.matches.size();
@@ -372,23 +378,19 @@ PoseCheck CheckPoses(const RefineInput& input,
   std::vector<UnguidedPair> pairs(near.size());
   ParallelFor(pairs.size(),
               [&](std::size_t p) { pairs[p] = MatchUnguided(scene, near[p].first, near[p].second); });
-  MatchedSet set{scene, SigmasPx(scene, input, UsualErrorPx(pairs)), NeighboursBy(scene, pairs)};
+  const Repetitions repetitions(scene, pairs);
+  for (UnguidedPair& pair : pairs) repetitions.DropFrom(pair);
+  MatchedSet set{scene, SigmasPx(scene, input, UsualErrorPx(pairs)), NeighboursBy(scene, pairs), repetitions};
 
   std::vector<std::vector<ViewTest>> tests(scene.views.size());
   ParallelFor(tests.size(), [&](std::size_t v) {
     const int view = static_cast<int>(v);
     tests[v] = TestByAllPairs(set, view);
     if (!tests[v].empty() || !scene.view(view).registered) return;
-    MatchElsewhere(scene, view, near, set.neighbours[v]);
+    MatchElsewhere(scene, repetitions, view, near, set.neighbours[v]);
     tests[v] = TestByAllPairs(set, view);
   });
   const OutlierSearch outliers(set, tests);
-  for (std::size_t v = 0; v < tests.size(); ++v) {
-    std::vector<double> sigmas;
-    for (const ViewTest& test : tests[v]) sigmas.push_back(test.sigmas);
-    spdlog::debug("{}: {} tests, {:.2f} sigmas in the median", scene.views[v].name, sigmas.size(),
-                  Median(sigmas));
-  }
 
   // If no third view shows the corners of two, these still confirm each other by their epipolar lines.
   std::vector<bool> fits_one(scene.views.size());
@@ -402,20 +404,20 @@ PoseCheck CheckPoses(const RefineInput& input,
     medians_px.push_back(median_px * input.lenses[At(first.lens)].width / scene.LensOf(first).width);
   }
   PoseCheck check;
+  check.is_repetitive = repetitions.IsRepetitive();
+  check.repeated_share = repetitions.share();
   check.error_px = Median(std::move(medians_px));
-  auto fit = FitOfPoses(scene, pairs, kCheckMinMatches);
+  const std::size_t least = check.is_repetitive ? kUndoubtedMinMatches : kCheckMinMatches;
+  auto fit = FitOfPoses(scene, pairs, least);
   if (fit && IsPoor(*fit)) {
-    pairs = PairsThatAgree(scene, pairs, kCheckMinMatches);
-    spdlog::debug("the matches of {} agree on a motion by themselves", Counted(pairs.size(), "pair"));
-    fit = FitOfPoses(scene, pairs, kCheckMinMatches);
+    pairs = PairsThatAgree(scene, pairs, least);
+    fit = FitOfPoses(scene, pairs, least);
   }
   if (fit) {
-    spdlog::debug("off by {:.3f} px as they are compared; {:.3f} before both cameras", fit->error_px,
-                  fit->before_share);
     check.fits_poorly = IsPoor(*fit);
     check.fit_error_px = fit->error_px * ReducedBy(scene, input);
     check.looks_away = fit->before_share < kLeastBeforeShare;
-    if (check.fits_poorly) check.convention = PoseConvention(scene, pairs, kCheckMinMatches);
+    if (check.fits_poorly && !check.is_repetitive) check.convention = PoseConvention(scene, pairs, least);
   }
   if (!check.fits_poorly)
     check.obstructed = FindObstructedViews(scene, pairs, set.sigma_px, outliers.TakesPart(), input.read_mask);
@@ -431,9 +433,7 @@ PoseCheck CheckPoses(const RefineInput& input,
       check.undecided.push_back({view, "what its neighbours show of it agrees on no pose"});
     } else if (set.neighbours[At(view)].empty()) {
       check.undecided.push_back(
-          {view,
-           "shares too little with the pictures of its neighbours: without texture, blurred, or of "
-           "something else"});
+          {view, "shares too little with its neighbours: without texture, blurred, or of something else"});
     } else if (outliers.ValidTests(view).empty() && (!tests[At(view)].empty() || !fits_one[At(view)])) {
       const bool disagree = tests[At(view)].empty();
       check.undecided.push_back({view, disagree
@@ -447,6 +447,11 @@ PoseCheck CheckPoses(const RefineInput& input,
 }
 
 std::string FitInWords(const PoseCheck& check) {
+  if (check.fits_poorly && check.is_repetitive)
+    return fmt::format(
+        "whether the poses fit cannot be told: most pairs of photographs are {:.1f} px off, but {:.0f} % of "
+        "what they share looks like other places of the same picture (tiles, equal walls)",
+        check.fit_error_px, 100 * check.repeated_share);
   if (!check.convention.empty())
     return fmt::format("the poses are wrong as a whole: {}; mend them in the files of the set",
                        check.convention);
@@ -478,8 +483,10 @@ std::vector<Finding> FindingsOf(const PoseCheck& check, const std::vector<View>&
     of_views.text = fmt::format(
         "the poses of {{views}} disagree with what the photographs show, and those of {} agree: {}",
         Counted(agree, "view"),
-        wrong > agree ? "are the photographs in another order than the poses, or cropped, or by another lens?"
-                      : "are these photographs others than those that were posed?");
+        check.is_repetitive ? "are these poses or those of views beside them wrong, or do places look alike?"
+        : wrong > agree
+            ? "are the photographs in another order than the poses, or cropped, or by another lens?"
+            : "are these photographs others than those that were posed?");
     for (const ContradictedView& each : check.contradicted)
       of_views.views[views[At(each.view)].id] = views[At(each.view)].image_path;
   }

@@ -49,6 +49,8 @@ struct PoseCheck {
   // The poses are wrong as a whole (IsPoor() of all pairs), whatever the tests of single views say.
   bool fits_poorly = false;
   double fit_error_px = 0;      // the same as `error_px` for all pairs
+  bool is_repetitive = false;   // poses that fit poorly may be right (repetitions.h)
+  double repeated_share = 0;    // of the matches: a corner looks like another place of the same picture
   bool looks_away = false;      // by the poses, most of what the photographs show lies behind their cameras
   std::string convention = {};  // PoseConvention() of poses that fit poorly; empty: none
 };

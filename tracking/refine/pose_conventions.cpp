@@ -16,26 +16,8 @@ namespace {
 using Eigen::Vector3d;
 using PoseChange = std::function<Rigid3(const Rigid3& cam_from_world)>;
 
-// Poses with a larger error fit poorly: twice what the worst of ten right sets comes to, pictures at most
-// 1000 px a side (docs/measured/tracking.md, "Views whose poses their neighbours contradict").
-constexpr double kMostFitErrorPx = 1;
-// A match farther from its epipolar line is wrong, or its pose is: where its rays meet says nothing. Guessed.
-constexpr double kMostDepthErrorPx = 3;
 // At least this share of the others must have a determined depth. Guessed.
 constexpr double kLeastToldShare = 0.2;
-
-// Returns the distances along both rays to where they are nearest to each other; none if too parallel.
-std::optional<std::pair<double, double>> DepthsWhereRaysMeet(const Rigid3& second_from_first,
-                                                             const RayPair& rays) {
-  constexpr double kLeastSine = 0.01;  // of their angle
-  const Rigid3 first_from_second = second_from_first.Inverse();
-  const Vector3d &center = first_from_second.translation,
-                 direction = first_from_second.rotation * rays.second;
-  const Vector3d normal = rays.first.cross(direction);
-  if (normal.norm() < kLeastSine) return std::nullopt;
-  return std::pair(center.cross(direction).dot(normal) / normal.squaredNorm(),
-                   center.cross(rays.first).dot(normal) / normal.squaredNorm());
-}
 
 std::optional<PoseFit> FitUnder(const PoseChange& change, const RefineScene& scene,
                                 const std::vector<UnguidedPair>& pairs, std::size_t min_matches) {
@@ -108,6 +90,18 @@ Rigid3 WithYAndZTurned(const Rigid3& cam_from_world) {
 }
 
 }  // namespace
+
+std::optional<std::pair<double, double>> DepthsWhereRaysMeet(const Rigid3& second_from_first,
+                                                             const RayPair& rays) {
+  constexpr double kLeastSine = 0.01;  // of their angle
+  const Rigid3 first_from_second = second_from_first.Inverse();
+  const Vector3d &center = first_from_second.translation,
+                 direction = first_from_second.rotation * rays.second;
+  const Vector3d normal = rays.first.cross(direction);
+  if (normal.norm() < kLeastSine) return std::nullopt;
+  return std::pair(center.cross(direction).dot(normal) / normal.squaredNorm(),
+                   center.cross(rays.first).dot(normal) / normal.squaredNorm());
+}
 
 bool IsPoor(const PoseFit& fit) {
   return fit.error_px > kMostFitErrorPx || fit.before_share < kLeastBeforeShare;

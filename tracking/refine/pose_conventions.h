@@ -4,8 +4,11 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/geometry/rigid3.h"
+#include "tracking/estimation/two_view_motion.h"
 #include "tracking/refine/view_pairs.h"
 
 namespace ulf::tracking {
@@ -19,6 +22,16 @@ struct PoseFit {
   // match near its epipolar line has one.
   double before_share = 1;
 };
+
+// Poses with a larger error fit poorly: twice what the worst of ten right sets comes to, pictures at most
+// 1000 px a side (docs/measured/tracking.md, "Views whose poses their neighbours contradict").
+inline constexpr double kMostFitErrorPx = 1;
+// A match farther from its epipolar line is wrong, or its pose is: where its rays meet says nothing. Guessed.
+inline constexpr double kMostDepthErrorPx = 3;
+
+// Returns the distances along both rays to where they are nearest to each other; none if too parallel.
+std::optional<std::pair<double, double>> DepthsWhereRaysMeet(const Rigid3& second_from_first,
+                                                             const RayPair& rays);
 
 // Cameras are taken to look away if a smaller share of the matches lies before them. Guessed.
 inline constexpr double kLeastBeforeShare = 0.5;

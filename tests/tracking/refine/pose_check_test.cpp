@@ -1,5 +1,5 @@
-// Tests: tracking/refine/pose_check, tracking/refine/pose_conventions, commands/light_field/info_command,
-// commands/reports/light_field_report.
+// Tests: tracking/refine/pose_check, tracking/refine/pose_conventions, tracking/refine/repetitions,
+// commands/light_field/info_command, commands/reports/light_field_report.
 #include "tracking/refine/pose_check.h"
 
 #include <fmt/format.h>
@@ -176,6 +176,59 @@ TEST(PoseCheck, RightPosesThatLookOutwardsAreNotBlamed) {
         EXPECT_THAT(WordsOf(CheckPoses(views->input), views->input), IsEmpty())
             << count << " of " << lens.width << " px, focal length " << lens.fx << ", seed " << seed;
       }
+}
+
+// The same between four walls on which one texture repeats itself, at `radius` metres from their middle.
+std::unique_ptr<RoomViews> AmongRepeatedWalls(int count, const CameraModel& lens, double radius,
+                                              unsigned seed) {
+  const TexturedRoom room({.furniture = Furniture::kRepeated, .seed = seed});
+  auto views = std::make_unique<RoomViews>();
+  views->input.lenses = {lens};
+  for (int i = 0; i < count; ++i) {
+    const double angle = 2 * M_PI * i / count;
+    const Eigen::Vector3d outwards(std::sin(angle), 0, std::cos(angle)), up = -Eigen::Vector3d::UnitY();
+    const Rigid3 pose = LookAt(radius * (outwards + 0.15 * std::sin(9 * angle) * up), 3 * outwards, up);
+    views->truth.push_back(pose);
+    views->images.push_back(room.Take(pose, static_cast<std::uint64_t>(i), lens).image);
+    views->input.views.push_back({"view " + std::to_string(i), 0, pose});
+  }
+  views->input.read = [from = views.get()](int i) { return from->images[static_cast<std::size_t>(i)]; };
+  return views;
+}
+
+TEST(PoseCheck, WallsThatRepeatThemselvesBlameNoRightPoses) {
+  for (const auto& [count, radius] : {std::pair(12, 0.15), std::pair(24, 1.0)}) {
+    const auto views = AmongRepeatedWalls(count, CameraModel::Pinhole(320, 240, 200), radius, 2);
+    EXPECT_THAT(WordsOf(CheckPoses(views->input), views->input), IsEmpty()) << count << " views";
+  }
+}
+
+// Small pictures of which hardly a part is seen twice: they may be taken for others altogether.
+TEST(PoseCheck, SaysThatARepetitionLeavesPosesOpen) {
+  const auto views = AmongRepeatedWalls(8, CameraModel::Pinhole(160, 120, 100), 0.15, 1);
+  const PoseCheck check = CheckPoses(views->input);
+  EXPECT_TRUE(check.fits_poorly && check.is_repetitive);
+  EXPECT_GT(check.repeated_share, 0.2);
+  EXPECT_THAT(check.contradicted, IsEmpty());
+  EXPECT_THAT(WordsOf(check, views->input),
+              ElementsAre(AllOf(HasSubstr("cannot be told"), HasSubstr("looks like other places"),
+                                Not(HasSubstr("wrong")))));
+}
+
+TEST(PoseCheck, TilesBlameNoRightPoses) {
+  const TexturedRoom room({.furniture = Furniture::kTiles, .seed = 3});
+  const auto views = MakeViews(10, 0, 0, 3);
+  for (std::size_t i = 0; i < views->images.size(); ++i)
+    views->images[i] = room.Take(views->truth[i], i).image;
+  EXPECT_THAT(WordsOf(CheckPoses(views->input), views->input), IsEmpty());
+}
+
+TEST(PoseCheck, WallsThatRepeatThemselvesHideNoWrongSet) {
+  const auto views = AmongRepeatedWalls(24, CameraModel::Pinhole(320, 240, 200), 1, 3);
+  Draw draw(5);
+  for (std::size_t i = 0; i < views->truth.size(); ++i)
+    views->input.views[i].cam_from_world = Disturbed(views->truth[i], 0.06, 0, draw);  // the walls are at 2 m
+  EXPECT_THAT(WordsOf(CheckPoses(views->input), views->input), Contains(HasSubstr("cannot be told")));
 }
 
 // A panorama in the hand: between neighbours there is hardly any parallax, and its sign is the pose's error.

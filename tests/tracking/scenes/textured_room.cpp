@@ -101,6 +101,22 @@ TexturedRoom::TexturedRoom(const Options& options) : options_(options) {
       }
     return;
   }
+  if (options.furniture == Furniture::kRepeated) {
+    constexpr int kTimes = 4;
+    cv::RNG random(options.seed);
+    for (int i = 0; i < 4; ++i) {
+      const Matrix3d axes = Turned(90.0 * i, 0);
+      Add(kWallZ * axes.col(2), axes, 2 * kWallZ, 4, 160);
+      cv::Mat& wall = planes_.back().texture;
+      const cv::Mat part = planes_.front().texture.colRange(0, wall.cols / kTimes).clone();
+      const int down = random.uniform(0, part.rows);
+      cv::Mat moved;
+      cv::vconcat(part.rowRange(down, part.rows), part.rowRange(0, down), moved);
+      cv::repeat(moved, 1, kTimes, wall);
+    }
+    Add({0, 2, 0}, Turned(0, 90), 2 * kWallZ, 2 * kWallZ, 160);
+    return;
+  }
   Add({0, 0, kWallZ}, facing, 9, 7, 200);
   switch (options.furniture) {
     case Furniture::kTiles: {
@@ -138,6 +154,7 @@ TexturedRoom::TexturedRoom(const Options& options) : options_(options) {
     case Furniture::kWall:
     case Furniture::kCorridor:
     case Furniture::kRound:
+    case Furniture::kRepeated:
       break;
   }
   if (options.furniture != Furniture::kMirror) return;

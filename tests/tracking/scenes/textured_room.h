@@ -20,6 +20,7 @@ enum class Furniture {
   kTiles,     // a wall of equal tiles with two panels before it
   kCorridor,  // two walls, floor, ceiling and an end, along z
   kRound,     // walls all around the origin, at different distances
+  kRepeated,  // four walls around the origin and a floor; one texture repeats itself on all walls
   kMosaic,    // a wall of tiles, some or all of them equal
   kMirror,    // the panels, and a mirror on the wall that shows what is behind the camera
 };
