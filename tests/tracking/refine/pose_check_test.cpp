@@ -196,7 +196,7 @@ std::unique_ptr<RoomViews> AmongRepeatedWalls(int count, const CameraModel& lens
   return views;
 }
 
-TEST(PoseCheck, WallsThatRepeatThemselvesBlameNoRightPoses) {
+TEST(PoseCheck, RepeatedWallsBlameNoRightPoses) {
   for (const auto& [count, radius] : {std::pair(12, 0.15), std::pair(24, 1.0)}) {
     const auto views = AmongRepeatedWalls(count, CameraModel::Pinhole(320, 240, 200), radius, 2);
     EXPECT_THAT(WordsOf(CheckPoses(views->input), views->input), IsEmpty()) << count << " views";
@@ -223,7 +223,7 @@ TEST(PoseCheck, TilesBlameNoRightPoses) {
   EXPECT_THAT(WordsOf(CheckPoses(views->input), views->input), IsEmpty());
 }
 
-TEST(PoseCheck, WallsThatRepeatThemselvesHideNoWrongSet) {
+TEST(PoseCheck, RepeatedWallsHideNoWrongSet) {
   const auto views = AmongRepeatedWalls(24, CameraModel::Pinhole(320, 240, 200), 1, 3);
   Draw draw(5);
   for (std::size_t i = 0; i < views->truth.size(); ++i)
