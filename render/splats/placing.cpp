@@ -17,9 +17,8 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kAgreeing = 3;          // steps of the maps within which two say the same
-constexpr float kRoughlyAgreeing = 12;  // the same of the rest
-constexpr float kFlatCell = 1;          // steps by which the surface may leave a cell's plane at its corners
+constexpr float kAgreeing = 3;        // steps of the maps within which two say the same
+constexpr float kFlatCell = 1;        // steps by which the surface may leave a cell's plane at its corners
 constexpr float kFinerBy = 1.5f;      // a view that shows the cell this much larger gets Gaussians of its own
 constexpr float kLeastCosine = 0.2f;  // of the angle between a ray and the surface's normal
 constexpr int kRoughness = 4;         // levels of 255 by which a photograph may differ within a cell
@@ -52,7 +51,7 @@ struct SurfacePatch : SurfaceCell {
 };
 
 // In the order in which they are placed. The rest is for pixels that the layer before it left out, because no
-// other map says the same there, or the maps are too inexact to agree.
+// other map says the same there: it lies on the mesh.
 enum class Layer { kDetail, kRestOfDetail, kGround, kRestOfGround };
 constexpr std::array<Layer, 4> kLayers{Layer::kDetail, Layer::kRestOfDetail, Layer::kGround,
                                        Layer::kRestOfGround};
@@ -68,8 +67,8 @@ struct PatchReading {
   float change = 0;  // of the inverse depth there to the map's
 };
 
-// `steps` of the maps may lie between what agrees.
-PatchReading ReadPatch(const FastView& other, const SurfacePatch& patch, float steps, bool gaps_are_empty) {
+PatchReading ReadPatch(const FastView& other, const SurfaceMap& surface, const SurfacePatch& patch,
+                       bool gaps_are_empty) {
   PatchReading reading{Vote::kNone, other.InCam(patch.point), 0};
   const float depth = reading.in_cam.z();
   if (!(depth > 0)) return reading;
@@ -83,10 +82,10 @@ PatchReading ReadPatch(const FastView& other, const SurfacePatch& patch, float s
     if (gaps_are_empty) reading.vote = Vote::kSeesThrough;
     return reading;
   }
-  const auto plane = view.surface.At(slope_x, slope_y);
+  const auto plane = surface.At(slope_x, slope_y);
   if (!plane) return reading;
   reading.change = plane->inverse_depth - 1 / depth;
-  const float tolerance = steps * (view.surface.step() + patch.tolerance / (depth * depth));
+  const float tolerance = kAgreeing * (surface.step() + patch.tolerance / (depth * depth));
   reading.vote = std::abs(reading.change) <= tolerance ? Vote::kAgrees
                  : reading.change < 0                  ? Vote::kSeesThrough
                                                        : Vote::kHidden;
@@ -129,7 +128,9 @@ class Placing {
     const double views = static_cast<double>(v) / static_cast<double>(views_.size());
     return (static_cast<double>(layer) + views) / static_cast<double>(kLayers.size());
   }
-  float Steps() const { return is_rest_ ? kRoughlyAgreeing : kAgreeing; }
+  const SurfaceMap& SurfaceOf(const FastView& view) const {
+    return is_rest_ ? view.view->mesh_surface : view.view->surface;
+  }
 
   Gaussian GaussianOf(const SurfacePatch& patch) const {
     if (is_detail_) return FlatGaussian(kDetailForm, patch);
@@ -141,9 +142,8 @@ class Placing {
   // Returns the cell's piece of surface; none without depth.
   std::optional<SurfacePatch> PatchAt(const FastView& of, float x, float y, int size) const {
     const Vector3f ray = of.RayAt(x, y);
-    auto plane = of.view->surface.At(ray.x(), ray.y());
+    const auto plane = SurfaceOf(of).At(ray.x(), ray.y());
     if (!plane) return std::nullopt;
-    if (is_rest_) plane->by_x = plane->by_y = 0;  // it faces the view: slopes of inexact maps tear pictures
     const float depth = 1 / plane->inverse_depth;
     Vector3f normal(plane->by_x, plane->by_y,
                     plane->inverse_depth - plane->by_x * ray.x() - plane->by_y * ray.y());
@@ -164,43 +164,44 @@ class Placing {
     patch.normal = of.rotation.transpose() * -normal;
     patch.here_px = static_cast<float>(size);
     patch.size_px = of.view->reduced * patch.here_px;
-    patch.tolerance = of.view->surface.step() * depth * depth;
+    patch.tolerance = SurfaceOf(of).step() * depth * depth;
     return patch;
   }
 
   // Returns whether the depths at the corners of a square around a place lie on the plane in its middle.
-  static bool IsFlat(const FastView& of, float x, float y, float half) {
+  bool IsFlat(const FastView& of, float x, float y, float half) const {
+    const SurfaceMap& surface = SurfaceOf(of);
     const Vector3f ray = of.RayAt(x, y);
-    const auto plane = of.view->surface.At(ray.x(), ray.y());
+    const auto plane = surface.At(ray.x(), ray.y());
     if (!plane) return false;
     for (const float side : {-half, half})
       for (const float below : {-half, half}) {
         const Vector3f corner = of.RayAt(x + side, y + below);
-        const auto there = of.view->surface.At(corner.x(), corner.y());
+        const auto there = surface.At(corner.x(), corner.y());
         const float expected = plane->inverse_depth + plane->by_x * (corner.x() - ray.x()) +
                                plane->by_y * (corner.y() - ray.y());
-        if (!there || std::abs(there->inverse_depth - expected) > kFlatCell * of.view->surface.step())
-          return false;
+        if (!there || std::abs(there->inverse_depth - expected) > kFlatCell * surface.step()) return false;
       }
     return true;
   }
 
-  // Moves the patch to the mean of the maps that agree with it; returns false if they are too few.
+  // Moves the patch to the mean of the maps that agree with it; returns false if one sees through it, or, but
+  // for the rest, none agrees.
   bool Confirm(std::size_t v, SurfacePatch& patch) const {
-    int agreeing = 0, through = 0;
+    int agreeing = 0;
     const float depth = views_[v].InCam(patch.point).z();
     float change = 0;  // of its inverse depth in its own view
     for (std::size_t w = 0; w < views_.size(); ++w) {
       if (w == v) continue;
-      const PatchReading reading = ReadPatch(views_[w], patch, Steps(), !options_.has_background);
-      through += reading.vote == Vote::kSeesThrough;
+      const PatchReading reading =
+          ReadPatch(views_[w], SurfaceOf(views_[w]), patch, !options_.has_background);
+      if (reading.vote == Vote::kSeesThrough) return false;
       if (reading.vote != Vote::kAgrees) continue;
       ++agreeing;
       const float ratio = reading.in_cam.z() / depth;
       change += ratio * ratio * reading.change;
     }
-    const bool is_confirmed = is_rest_ ? agreeing >= through : agreeing > 0 && agreeing > through;
-    if (views_.size() > 1 && !is_confirmed) return false;
+    if (!is_rest_ && views_.size() > 1 && agreeing == 0) return false;
     const float scale = 1 / (1 + depth * change / static_cast<float>(agreeing + 1));
     patch.point = views_[v].center + scale * (patch.point - views_[v].center);
     patch.across *= scale;
@@ -258,14 +259,11 @@ class Placing {
     return patches;
   }
 
-  // What is inexact is shown as one view has it: several versions would mix.
-  bool Shows(Vote vote) const { return vote == Vote::kAgrees || (is_rest_ && vote == Vote::kSeesThrough); }
-
   // Marks the pixels of view `w` that a Gaussian of view `v` shows.
   void MarkIn(std::size_t w, std::size_t v, const SurfacePatch& patch) {
     const FastView& other = views_[w];
-    const PatchReading reading = ReadPatch(other, patch, Steps(), false);
-    if (w != v && !Shows(reading.vote)) return;
+    const PatchReading reading = ReadPatch(other, SurfaceOf(other), patch, false);
+    if (w != v && reading.vote != Vote::kAgrees) return;
     const Vector2f across = SpanInImage(other, reading.in_cam, patch.across);
     const Vector2f down = SpanInImage(other, reading.in_cam, patch.down);
     if (w != v && std::max(across.norm(), down.norm()) > kFinerBy * patch.here_px) return;

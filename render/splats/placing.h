@@ -3,14 +3,13 @@
 // there. Cells of the ground have 4 x 4 pixels, 8 x 8 where the photograph is smooth, and fewer beside edges,
 // over which they would reach. Details have 1 or 2 x 2 pixels, where the photograph is not smooth. A Gaussian
 // shows the pixels of all views whose maps agree with its place, unless they see the place more finely. One
-// that more maps see through than confirm is left out: it would float in the air beside an edge.
+// that no other map confirms, or that any sees through, is left out: it would float in the air.
 //
-// The rest, pixels that one view alone sees or whose maps agree only roughly, gets the same two layers
-// afterwards, of Gaussians that face their view: whatever the depth is worth, it shows its photograph there.
+// The rest, pixels that one view alone sees or whose maps disagree, gets the same two layers afterwards, on
+// the mesh.
 //
-// Directions in which no Gaussian was placed, because the maps hold nothing there that the views agree on,
-// get Gaussians on a sphere around everything. Coarse ones stand behind it, so that what no view shows is not
-// black.
+// Directions in which no Gaussian was placed, because there is no mesh either, get Gaussians on a sphere
+// around everything. Coarse ones stand behind it, so that what no view shows is not black.
 #pragma once
 
 #include <cstddef>

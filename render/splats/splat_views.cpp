@@ -45,8 +45,7 @@ std::vector<std::size_t> SpreadOrder(const RenderScene& scene, std::size_t most)
   return order;
 }
 
-SurfaceMap SurfaceOf(const SceneView& view, const Proxy& proxy) {
-  if (view.depth_map) return SurfaceMap(view.depth_map->Get());
+SurfaceMap MeshSurfaceOf(const SceneView& view, const Proxy& proxy) {
   const CameraModel camera = Within(view.camera, kOwnMapPx).WithoutDistortion();
   const cv::Mat inverse_depth = DrawInverseDepth(*proxy.Occluder(), camera, view.cam_from_world);
   double most = 0;
@@ -130,7 +129,8 @@ std::vector<SplatView> MakeSplatViews(const RenderScene& scene, int most, double
     made.camera = Within(undistortions[i].to, size_px);
     made.cam_from_world = view.cam_from_world;
     made.photograph = EvenPicture(view, undistortions[i], made.camera);
-    made.surface = SurfaceOf(view, *scene.proxy);
+    made.mesh_surface = MeshSurfaceOf(view, *scene.proxy);
+    made.surface = view.depth_map ? SurfaceMap(view.depth_map->Get()) : made.mesh_surface;
     made.done = cv::Mat::zeros(made.photograph.size(), CV_8U);
     MeasureCells(made);
     const MutexLock lock(mutex);
@@ -150,6 +150,7 @@ std::vector<SplatView> Reduced(const std::vector<SplatView>& views, int size_px)
     cv::resize(view.photograph, made.photograph, {made.camera.width, made.camera.height}, 0, 0,
                cv::INTER_AREA);
     made.surface = view.surface;
+    made.mesh_surface = view.mesh_surface;
     made.done = cv::Mat::zeros(made.photograph.size(), CV_8U);
     MeasureCells(made);
   });

@@ -25,6 +25,7 @@ struct SplatView {
   cv::Mat photograph;  // EvenPicture()
   float reduced = 1;   // how many times a larger picture of the view has its width (Reduced())
   SurfaceMap surface;
+  SurfaceMap mesh_surface;                    // where the maps of the views disagree
   std::array<cv::Mat, kCellSizes> means;      // CV_8UC3: the mean colour of each cell, by size
   std::array<cv::Mat, kCellSizes> roughness;  // CV_8U: how far the cell is from what its and its neighbours'
                                               // means say, the largest of its pixels; empty for single pixels
