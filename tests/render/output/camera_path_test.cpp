@@ -350,7 +350,8 @@ TEST_F(PathFiles, FaultyKeyframesAreNamed) {
   ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1], "target": [0,0,0], "up": [0,0,3]}]})",
               "'up' points along the view");
   ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1]}]})", "either 'target'");
-  ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,NaN], "target": [0,0,0]}]})", "not valid JSON");
+  ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,NaN], "target": [0,0,0]}]})",
+              "keyframe 0: 'eye' holds \"NaN\", which is not a finite number");
   ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1e999], "target": [0,0,0]}]})", "path.json");
   ExpectError(R"({"keyframes": [{"time": 0, "eye": [0,0,1], "target": [0,0,0], "focal_px": 100}]})",
               "'width' and 'height'");
