@@ -100,12 +100,12 @@ double Zoom(const RenderArgs& args, render::Renderer& renderer, render::CameraPa
 void WarnOfOthers(const RenderArgs& args, const render::FrameRange& range, int all) {
   const int asked = std::min(range.end.value_or(all), all) - range.first;
   if (asked < 2) return;
+  const std::string others = asked == 2 ? "the other one is" : fmt::format("the other {} are", asked - 1);
   spdlog::warn(
       "{}: holds one picture, number {} of the path; {} not drawn: name a video (OUT.mp4) or a folder for "
-      "all, "
-      "or another picture by --frames {}:{}{}",
-      args.out, range.first, asked == 2 ? "the other one is" : fmt::format("the other {} are", asked - 1),
-      range.first + 1, range.first + 2, range.count > 0 ? fmt::format("/{}", all) : "");
+      "all, or another picture by --frames {}:{}{}",
+      args.out, range.first, others, range.first + 1, range.first + 2,
+      range.count > 0 ? fmt::format("/{}", all) : "");
 }
 
 // The statistics of a run of ulf render.

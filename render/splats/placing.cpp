@@ -59,7 +59,7 @@ constexpr int kGroundLevel = 2;  // cells of 4 x 4 pixels; larger ones where the
 // The ground lies behind the surface by this share of its cell's size, so that it comes after the details.
 constexpr float kBehind = 0.75f;
 
-enum class Vote { kNone, kAgrees, kSeesThrough, kHidden };
+enum class Vote { kNone, kAgrees, kSeesThrough };
 
 struct PatchReading {
   Vote vote = Vote::kNone;
@@ -86,9 +86,10 @@ PatchReading ReadPatch(const FastView& other, const SurfaceMap& surface, const S
   if (!plane) return reading;
   reading.change = plane->inverse_depth - 1 / depth;
   const float tolerance = kAgreeing * (surface.step() + patch.tolerance / (depth * depth));
-  reading.vote = std::abs(reading.change) <= tolerance ? Vote::kAgrees
-                 : reading.change < 0                  ? Vote::kSeesThrough
-                                                       : Vote::kHidden;
+  if (std::abs(reading.change) <= tolerance)
+    reading.vote = Vote::kAgrees;
+  else if (reading.change < 0)
+    reading.vote = Vote::kSeesThrough;
   return reading;
 }
 

@@ -357,40 +357,42 @@ void WriteGround(const std::string& file, std::uint32_t side) {
 
 constexpr std::uint32_t kMoreThanShown = 708;
 
+// A light field of one view, and a mesh of another program.
+struct FieldAndGround {
+  explicit FieldAndGround(std::uint32_t side) {
+    test::WriteLightField(dir, PlaneSeenFrom({{0, 0, 2}}), true);
+    WriteGround(file, side);
+  }
+  test::ScratchFolder scratch;
+  std::string dir = (scratch / "field").string(), file = (scratch / "fine.ply").string();
+};
+
 TEST(ProxyCommand, TakesAsManyTrianglesAsPicturesShow) {
-  const test::ScratchFolder scratch;
-  const std::string dir = (scratch / "field").string(), file = (scratch / "fine.ply").string();
-  test::WriteLightField(dir, PlaneSeenFrom({{0, 0, 2}}), true);
-  WriteGround(file, kMoreThanShown);
-  const auto coarser = RunUlf("proxy " + dir + " --from " + file);
+  const FieldAndGround made(kMoreThanShown);
+  const auto coarser = RunUlf("proxy " + made.dir + " --from " + made.file);
   ASSERT_EQ(coarser.exit_code, 0) << coarser.errors;
   EXPECT_THAT(coarser.errors, HasSubstr("fine.ply: made coarser from 1002528 triangles to "));
-  const std::size_t kept = ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.size();
+  const std::size_t kept = ReadMeshFile(made.scratch / "field/proxy.ply").mesh.triangles.size();
   EXPECT_LE(kept, 1000000u);
   EXPECT_GT(kept, 500000u);
 }
 
 TEST(ProxyCommand, TakesAsManyTrianglesAsAsked) {
-  const test::ScratchFolder scratch;
-  const std::string dir = (scratch / "field").string(), file = (scratch / "fine.ply").string();
-  test::WriteLightField(dir, PlaneSeenFrom({{0, 0, 2}}), true);
-  WriteGround(file, 100);
-  const auto asked = RunUlf("proxy " + dir + " --from " + file + " --triangles 5000");
+  const FieldAndGround made(100);
+  const auto asked = RunUlf("proxy " + made.dir + " --from " + made.file + " --triangles 5000");
   ASSERT_EQ(asked.exit_code, 0) << asked.errors;
   EXPECT_THAT(asked.errors,
               AllOf(HasSubstr("from 20000 triangles to "), HasSubstr("as asked (--triangles)")));
-  const std::size_t kept = ReadMeshFile(scratch / "field/proxy.ply").mesh.triangles.size();
+  const std::size_t kept = ReadMeshFile(made.scratch / "field/proxy.ply").mesh.triangles.size();
   EXPECT_LE(kept, 5000u);
   EXPECT_GT(kept, 2500u);
 }
 
 TEST(ProxyCommand, RendersAFinerMeshMadeCoarser) {
-  const test::ScratchFolder scratch;
-  const std::string dir = (scratch / "field").string(), file = (scratch / "fine.ply").string();
-  test::WriteLightField(dir, PlaneSeenFrom({{0, 0, 2}}), true);
-  WriteGround(file, kMoreThanShown);
-  const auto shown = RunUlf("render " + dir + " --proxy " + file +
-                            " --field nearest --renderer reference -o " + (scratch / "one.png").string());
+  const FieldAndGround made(kMoreThanShown);
+  const auto shown =
+      RunUlf("render " + made.dir + " --proxy " + made.file + " --field nearest --renderer reference -o " +
+             (made.scratch / "one.png").string());
   ASSERT_EQ(shown.exit_code, 0) << shown.errors;
   EXPECT_THAT(shown.errors, AllOf(HasSubstr("fine.ply: made coarser, to "), HasSubstr("ulf proxy ")));
 }

@@ -152,17 +152,10 @@ TEST(PoseCheck, PosesOfAnotherConventionAreNamed) {
 
 // A walk in a circle that looks outwards.
 std::unique_ptr<RoomViews> LookingOutwards(int count, const CameraModel& lens, unsigned seed) {
-  const TexturedRoom room({.furniture = Furniture::kRound, .seed = seed});
-  auto views = std::make_unique<RoomViews>();
-  views->input.lenses = {lens};
-  for (int i = 0; i < count; ++i) {
-    const Rigid3 pose = TexturedRoom::RoundAt(TexturedRoom::kRoundFrames * i / count);
-    views->truth.push_back(pose);
-    views->images.push_back(room.Take(pose, static_cast<std::uint64_t>(i), lens).image);
-    views->input.views.push_back({"view " + std::to_string(i), 0, pose});
-  }
-  views->input.read = [from = views.get()](int i) { return from->images[static_cast<std::size_t>(i)]; };
-  return views;
+  std::vector<Rigid3> poses;
+  for (int i = 0; i < count; ++i)
+    poses.push_back(TexturedRoom::RoundAt(TexturedRoom::kRoundFrames * i / count));
+  return ViewsOf(TexturedRoom({.furniture = Furniture::kRound, .seed = seed}), lens, poses);
 }
 
 // Photographs that share little have matches that are mostly wrong, whatever the poses.
@@ -181,19 +174,13 @@ TEST(PoseCheck, RightPosesThatLookOutwardsAreNotBlamed) {
 // The same between four walls on which one texture repeats itself, at `radius` metres from their middle.
 std::unique_ptr<RoomViews> AmongRepeatedWalls(int count, const CameraModel& lens, double radius,
                                               unsigned seed) {
-  const TexturedRoom room({.furniture = Furniture::kRepeated, .seed = seed});
-  auto views = std::make_unique<RoomViews>();
-  views->input.lenses = {lens};
+  std::vector<Rigid3> poses;
   for (int i = 0; i < count; ++i) {
     const double angle = 2 * M_PI * i / count;
     const Eigen::Vector3d outwards(std::sin(angle), 0, std::cos(angle)), up = -Eigen::Vector3d::UnitY();
-    const Rigid3 pose = LookAt(radius * (outwards + 0.15 * std::sin(9 * angle) * up), 3 * outwards, up);
-    views->truth.push_back(pose);
-    views->images.push_back(room.Take(pose, static_cast<std::uint64_t>(i), lens).image);
-    views->input.views.push_back({"view " + std::to_string(i), 0, pose});
+    poses.push_back(LookAt(radius * (outwards + 0.15 * std::sin(9 * angle) * up), 3 * outwards, up));
   }
-  views->input.read = [from = views.get()](int i) { return from->images[static_cast<std::size_t>(i)]; };
-  return views;
+  return ViewsOf(TexturedRoom({.furniture = Furniture::kRepeated, .seed = seed}), lens, poses);
 }
 
 TEST(PoseCheck, RepeatedWallsBlameNoRightPoses) {

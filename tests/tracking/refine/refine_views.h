@@ -29,24 +29,36 @@ struct RoomViews {
   std::vector<Image> images;
 };
 
+// Views of a room from these poses, which are right.
+inline std::unique_ptr<RoomViews> ViewsOf(const TexturedRoom& room, const CameraModel& lens,
+                                          const std::vector<Rigid3>& poses) {
+  auto views = std::make_unique<RoomViews>();
+  views->input.lenses = {lens};
+  views->truth = poses;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    views->images.push_back(room.Take(poses[i], i, lens).image);
+    views->input.views.push_back({"view " + std::to_string(i), 0, poses[i]});
+  }
+  views->input.read = [from = views.get()](int i) { return from->images[static_cast<std::size_t>(i)]; };
+  return views;
+}
+
 enum class Way { kHand, kTurning, kSideways };
 
 // Views of the room with poses off by `shift` metres and `angle_deg` degrees.
 inline std::unique_ptr<RoomViews> MakeViews(int count, double shift, double angle_deg, unsigned seed,
                                             Way way = Way::kHand, bool panels = true) {
   const TexturedRoom room({.furniture = panels ? Furniture::kPanels : Furniture::kWall, .seed = seed});
-  auto views = std::make_unique<RoomViews>();
+  std::vector<Rigid3> poses;
+  for (int i = 0; i < count; ++i)
+    poses.push_back(way == Way::kTurning ? TexturedRoom::TurningAt(3 * i)
+                    : way == Way::kHand
+                        ? TexturedRoom::HandAt(12 * i)
+                        : LookAt({0.06 * i - 0.4, 0, 0}, {0.06 * i - 0.4, 0, 3}, -Eigen::Vector3d::UnitY()));
+  auto views = ViewsOf(room, TexturedRoom::Camera(), poses);
   Draw draw(seed);
-  views->input.lenses = {TexturedRoom::Camera()};
-  for (int i = 0; i < count; ++i) {
-    Rigid3 pose = way == Way::kTurning ? TexturedRoom::TurningAt(3 * i) : TexturedRoom::HandAt(12 * i);
-    if (way == Way::kSideways)
-      pose = LookAt({0.06 * i - 0.4, 0, 0}, {0.06 * i - 0.4, 0, 3}, -Eigen::Vector3d::UnitY());
-    views->truth.push_back(pose);
-    views->images.push_back(room.Take(pose, static_cast<std::uint64_t>(i)).image);
-    views->input.views.push_back({"view " + std::to_string(i), 0, Disturbed(pose, shift, angle_deg, draw)});
-  }
-  views->input.read = [from = views.get()](int i) { return from->images[static_cast<std::size_t>(i)]; };
+  for (auto& view : views->input.views)
+    view.cam_from_world = Disturbed(view.cam_from_world, shift, angle_deg, draw);
   return views;
 }
 
