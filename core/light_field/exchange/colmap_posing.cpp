@@ -247,7 +247,8 @@ void ExtractFeatures(Colmap& colmap, const fs::path& work, const std::vector<Pic
   std::map<std::string, std::vector<const PictureToPose*>> by_lens;
   for (const PictureToPose& photograph : photographs) by_lens[LensOf(photograph)].push_back(&photograph);
   std::size_t done = 0;
-  for (const auto& [lens, same] : by_lens) {
+  for (const auto& of_lens : by_lens) {
+    const std::vector<const PictureToPose*>& same = of_lens.second;
     std::string list;
     for (const PictureToPose* photograph : same) list += photograph->name + "\n";
     const fs::path list_file = work / "photographs.txt";

@@ -52,8 +52,9 @@ std::string Titles(const fs::path& file) {
   std::ranges::replace_if(
       text, [](char c) { return c == ';' || c == '\t'; }, ',');
   std::erase_if(text, [](char c) { return c == ' ' || c == '"'; });
-  const auto repeated = std::ranges::unique(text, [](char a, char b) { return a == ',' && b == ','; });
-  text.erase(repeated.begin(), repeated.end());
+  const auto repeated =
+      std::unique(text.begin(), text.end(), [](char a, char b) { return a == ',' && b == ','; });
+  text.erase(repeated, text.end());
   return text;
 }
 

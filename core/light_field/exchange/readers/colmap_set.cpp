@@ -95,7 +95,7 @@ std::vector<fs::path> ImagesFoldersOf(const fs::path& source, const fs::path& mo
   for (const char* above : {"..", "../..", "../images", "../../images"})
     if (const fs::path folder = (around / above).lexically_normal(); holds_some(folder))
       folders.push_back(folder);
-  std::ranges::stable_partition(folders, holds_some);
+  std::stable_partition(folders.begin(), folders.end(), holds_some);
   folders.push_back(given);
   return folders;
 }
