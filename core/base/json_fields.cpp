@@ -90,6 +90,12 @@ std::optional<std::string> WithNotFiniteQuoted(std::string_view text) {
 
 }  // namespace
 
+bool JsonPlace::HoldsNotFinite(const char* key) const {
+  return std::ranges::any_of(Raw(key), [](const nlohmann::json& entry) {
+    return entry.is_string() && IsNotFiniteNumber(entry.get_ref<const std::string&>());
+  });
+}
+
 std::string JsonFault(std::string_view text, std::size_t byte) {
   const bool is_empty = text.find_first_not_of(" \t\r\n") == std::string_view::npos;
   if (is_empty) return "not valid JSON: it is empty";

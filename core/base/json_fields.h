@@ -87,6 +87,9 @@ struct JsonPlace {
     return Has(key) ? Text(key) : otherwise;
   }
 
+  // Returns whether it holds NaN or an infinity, which ParseJson() reads as text.
+  bool HoldsNotFinite(const char* key) const;
+
   // Reads exactly `count` finite numbers.
   std::vector<double> Numbers(const char* key, std::size_t count) const {
     const nlohmann::json& value = Raw(key);

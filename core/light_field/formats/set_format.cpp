@@ -243,9 +243,11 @@ fs::path PlaceOf(SetFormat format, const fs::path& source) {
     case SetFormat::kGaussian:
       return file_of_kind(IsGaussianFile);
     case SetFormat::kPolycam: {
+      const auto is_filled = [&](const fs::path& folder) {
+        return fs::is_directory(folder, unknown) && !fs::is_empty(folder, unknown);
+      };
       const auto holds = [&](const fs::path& keyframes, const char* cameras, const char* images) {
-        return fs::is_directory(keyframes / cameras, unknown) &&
-               fs::is_directory(keyframes / images, unknown);
+        return is_filled(keyframes / cameras) && is_filled(keyframes / images);
       };
       for (const fs::path& keyframes : {source / "keyframes", source}) {
         if (holds(keyframes, kPolycamCorrected, "corrected_images")) return keyframes / kPolycamCorrected;

@@ -148,14 +148,16 @@ TEST(MeshWorld, NamesTheMoveThatWouldFit) {
 TEST(MeshWorld, NamesEveryUnitThatWouldFit) {
   const TriangleMesh ground = Ground(2);
   const LightField field = FieldOver(ground, 2, true);
-  const std::pair<double, const char*> units[] = {
-      {1000, "lengths times 0.001"},        {0.001, "lengths times 1000"},
-      {100, "lengths times 0.01"},          {0.01, "lengths times 100"},
-      {1 / 0.0254, "lengths times 0.0254"}, {1 / 0.3048, "lengths times 0.3048"}};
-  for (const auto& [times, words] : units)
-    EXPECT_THAT(Misfit(Changed(ground, [&](const Vector3d& at) { return Vector3d(times * at); }), field),
-                AllOf(HasSubstr("hills.ply: is in another world than ground"), HasSubstr(words)))
-        << times;
+  struct {
+    double times;
+    const char* words;
+  } const units[] = {{1000, "lengths times 0.001"},        {0.001, "lengths times 1000"},
+                     {100, "lengths times 0.01"},          {0.01, "lengths times 100"},
+                     {1 / 0.0254, "lengths times 0.0254"}, {1 / 0.3048, "lengths times 0.3048"}};
+  for (const auto& unit : units)
+    EXPECT_THAT(Misfit(Changed(ground, [&](const Vector3d& at) { return Vector3d(unit.times * at); }), field),
+                AllOf(HasSubstr("hills.ply: is in another world than ground"), HasSubstr(unit.words)))
+        << unit.times;
 }
 
 TEST(MeshWorld, NamesAllAxesThatWouldFit) {
@@ -173,10 +175,11 @@ TEST(MeshWorld, NamesAllAxesThatWouldFit) {
       {(Matrix3d() << 0, 1, 0, 0, 0, 1, 1, 0, 0).finished(), "z, x, y in place"},
       {(Matrix3d() << 1, 0, 0, 0, 1, 0, 0, 0, -1).finished(),
        "x, y, -z in place of x, y, z (it is mirrored)"}};
-  for (const auto& [mesh_from_world, words] : cases)
+  for (const auto& one : cases)
     EXPECT_THAT(
-        Misfit(Changed(ground, [&](const Vector3d& at) { return Vector3d(mesh_from_world * at); }), field),
-        HasSubstr(words));
+        Misfit(Changed(ground, [&](const Vector3d& at) { return Vector3d(one.mesh_from_world * at); }),
+               field),
+        HasSubstr(one.words));
   EXPECT_THAT(
       Misfit(
           Changed(ground, [&](const Vector3d& at) { return Vector3d(1000 * cases[0].mesh_from_world * at); }),

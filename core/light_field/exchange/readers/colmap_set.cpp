@@ -15,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/base/name_order.h"
+#include "core/light_field/exchange/readers/named_views.h"
 #include "core/light_field/formats/colmap_files.h"
 #include "core/light_field/formats/set_format.h"
 #include "core/light_field/formats/text_file.h"
@@ -244,7 +245,7 @@ void TakePoints(const ColmapReconstruction& model, const std::vector<TakenImage>
     if (count > 0) light_field.doubts.push_back(fmt::format("{} {}: left out", Counted(count, noun), what));
   };
   note(astray, "observation", "of points in images where they are not listed");
-  note(nowhere, "point", "whose position is not finite");
+  NotePointsNowhere(nowhere, light_field);
   note(unmeasured, "observation", "whose place in the image is not finite");
 }
 

@@ -260,7 +260,12 @@ struct SfmPoses {
 
 void ReadSfmPoints(const JsonPlace& top, const std::map<std::string, int>& view_ids,
                    LightField& light_field) {
+  std::size_t nowhere = 0;
   for (const JsonPlace& entry : SfmList(top, "structure")) {
+    if (entry.HoldsNotFinite("X")) {
+      ++nowhere;
+      continue;
+    }
     ScenePoint point;
     const std::vector<double> position = SfmNumbers(entry, "X", 3);
     point.position_in_world = {position[0], position[1], position[2]};
@@ -277,6 +282,7 @@ void ReadSfmPoints(const JsonPlace& top, const std::map<std::string, int>& view_
     }
     light_field.points.push_back(std::move(point));
   }
+  NotePointsNowhere(nowhere, light_field);
   light_field.misplaced_observations = MeasurePoints(light_field);
 }
 

@@ -38,6 +38,12 @@ std::vector<fs::path> FoldersOfNames(const fs::path& base, const std::vector<std
   return folders;
 }
 
+void NotePointsNowhere(std::size_t count, LightField& light_field) {
+  if (count > 0)
+    light_field.doubts.push_back(
+        fmt::format("{} whose position is not finite: left out", Counted(count, "point")));
+}
+
 NamedViews::NamedViews(const fs::path& file, const SetImages& images, PosedSet& set)
     : file_(file.string()), images_(images), set_(set) {
   set_.light_field.root = images.folder();

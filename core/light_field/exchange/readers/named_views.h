@@ -18,6 +18,9 @@ namespace ulf {
 std::vector<std::filesystem::path> FoldersOfNames(const std::filesystem::path& base,
                                                   const std::vector<std::string>& names);
 
+// Says how many points whose position is not finite were left out.
+void NotePointsNowhere(std::size_t count, LightField& light_field);
+
 // Fills a set. It keeps references to its arguments.
 class NamedViews {
  public:

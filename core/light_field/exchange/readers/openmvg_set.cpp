@@ -99,8 +99,13 @@ Rigid3 MvgPose(const JsonPlace& place) {
 }
 
 void ReadMvgPoints(const JsonPlace& top, const std::map<double, int>& view_ids, LightField& light_field) {
+  std::size_t nowhere = 0;
   for (const JsonPlace& entry : EntriesOf(top, "structure")) {
     const JsonPlace value = entry.Inside("value");
+    if (value.HoldsNotFinite("X")) {
+      ++nowhere;
+      continue;
+    }
     const std::vector<double> position = value.Numbers("X", 3);
     ScenePoint& point = light_field.points.emplace_back();
     point.position_in_world = {position[0], position[1], position[2]};
@@ -111,6 +116,7 @@ void ReadMvgPoints(const JsonPlace& top, const std::map<double, int>& view_ids, 
       AddObservation(view->second, {x[0] + kMvgCentre, x[1] + kMvgCentre}, point);
     }
   }
+  NotePointsNowhere(nowhere, light_field);
   light_field.misplaced_observations = MeasurePoints(light_field);
 }
 

@@ -172,8 +172,13 @@ PosedSet ReadOpenSfmSet(const fs::path& file, const fs::path& chosen) {
   fitted.Note(light_field.doubts);
   NoteUnposed(SfmEntries(top, "pano_shots").object.size(), "panorama", "not perspective", set);
   const JsonPlace points = SfmEntries(top, "points");
+  std::size_t nowhere = 0;
   for (const auto& [name, object] : points.object.items()) {
     const JsonPlace place{object, points.where + " " + name};
+    if (place.HoldsNotFinite("coordinates")) {
+      ++nowhere;
+      continue;
+    }
     const std::vector<double> position = place.Numbers("coordinates", 3);
     const std::vector<double> color = place.Has("color") ? place.Numbers("color", 3) : std::vector<double>(3);
     ScenePoint& point = light_field.points.emplace_back();
@@ -181,6 +186,7 @@ PosedSet ReadOpenSfmSet(const fs::path& file, const fs::path& chosen) {
     for (std::size_t i = 0; i < 3; ++i)
       point.rgb[i] = static_cast<std::uint8_t>(std::lround(std::clamp(color[i], 0.0, 255.0)));
   }
+  NotePointsNowhere(nowhere, light_field);
   return set;
 }
 

@@ -142,15 +142,15 @@ NvmCamera ReadNvmCamera(const NvmLines& lines, bool has_matrices) {
 
 NvmPoint ReadNvmPoint(const NvmLines& lines, std::size_t cameras) {
   std::istringstream words(lines.line());
-  const auto next = [&] {
+  const auto next = [&](bool is_position = false) {
     std::string word;
     double value = 0;
-    if (!(words >> word) || !ParseNumber(word, value) || !std::isfinite(value))
+    if (!(words >> word) || !ParseNumber(word, value) || (!is_position && !std::isfinite(value)))
       throw Error("{}: expected a point: x y z, its colour and its measurements", lines.Where());
     return value;
   };
   NvmPoint read;
-  for (double& value : read.point.position_in_world) value = next();
+  for (double& value : read.point.position_in_world) value = next(true);
   for (std::uint8_t& channel : read.point.rgb)
     channel = static_cast<std::uint8_t>(std::lround(std::clamp(next(), 0.0, 255.0)));
   const double seen = next();
@@ -311,8 +311,13 @@ PosedSet ReadVisualSfmSet(const fs::path& file, const fs::path& chosen) {
   named.RequireFound();
   fitted.Note(light_field.doubts);
   NoteUnposed(cameras.size() - RegisteredIn(read.model), "camera", "not registered", set);
+  std::size_t nowhere = 0;
   for (const NvmPoint& from : read.model.points) {
     ScenePoint point = from.point;
+    if (!point.position_in_world.allFinite()) {
+      ++nowhere;
+      continue;
+    }
     for (const NvmObservation& seen : from.seen) {
       const int view_id = view_ids[At(seen.camera)];
       if (view_id == 0) continue;
@@ -322,6 +327,7 @@ PosedSet ReadVisualSfmSet(const fs::path& file, const fs::path& chosen) {
     }
     light_field.points.push_back(std::move(point));
   }
+  NotePointsNowhere(nowhere, light_field);
   light_field.misplaced_observations = MeasurePoints(light_field);
   if (std::ranges::all_of(light_field.points, [](const ScenePoint& point) { return point.track.empty(); }))
     light_field.doubts.push_back(fmt::format(

@@ -200,7 +200,7 @@ TEST(RoundTrip, NerfSyntheticMakesOnePinholeOfAllLenses) {
   ExpectMovedPoses(source, back);
   ASSERT_EQ(back.cameras.size(), 1u);
   EXPECT_EQ(back.cameras[0].distortion, Distortion::kNone);
-  const CameraModel& lens = UndistortionsToOne(source.cameras, std::vector<std::string>(5, "a camera"))[0].to;
+  const CameraModel lens = UndistortionsToOne(source.cameras, std::vector<std::string>(5, "a camera"))[0].to;
   EXPECT_NEAR(back.cameras[0].fx, lens.fx, 1e-9);
   EXPECT_EQ(back.cameras[0].width, lens.width);
 }

@@ -127,6 +127,8 @@ TEST_F(PolycamSet, WithoutThemTheScansPosesAreTaken) {
   Draw(scratch_ / "scan/keyframes/images", Scanned, 0.5);
   WriteCameras("scan/keyframes/cameras");
   fs::create_directories(scratch_ / "scan/keyframes/depth");
+  WriteCameras("scan/keyframes/corrected_cameras");
+  fs::create_directories(scratch_ / "scan/keyframes/corrected_images");  // but none is in it
   fs::remove(scratch_ / "scan/keyframes/images/shot_3.png");
   const LightField read = Read("scan");
   ExpectSpots(read, 4);

@@ -212,6 +212,7 @@ TEST_F(MeshroomSet, RigsAndPointsAreRead) {
         R"({}{{"landmarkId": "1", "color": ["10", "20", "30"], "X": [{}], "observations": [{}]}})",
         structure.empty() ? "" : ", ", Joined(point, ", ", false, "\""), seen);
   }
+  structure += R"(, {"landmarkId": "2", "X": ["nan", "0", "1"], "observations": []})";
   const std::string pose =
       fmt::format(R"({{"poseId": "800", "pose": {{"transform": {{{}}}}}}}, )", PoseText(turn, place));
   document.insert(document.find("\"poses\": [") + 10, pose);
@@ -220,6 +221,7 @@ TEST_F(MeshroomSet, RigsAndPointsAreRead) {
                                cameras, structure));
   const LightField read = Read();
   ExpectSpots(read);
+  EXPECT_THAT(read.doubts, Contains(HasSubstr("1 point whose position is not finite: left out")));
   ASSERT_EQ(read.points.size(), points_.size());
   EXPECT_EQ(read.misplaced_observations, 0u);
   for (const ScenePoint& point : read.points) {
@@ -347,6 +349,7 @@ TEST_F(OpenSfmSet, TheUsualFileGoesBeforeOthers) {
   // Points may lack colours, and Python writes NaN for what it does not know.
   std::string text = "[" + Reconstruction(camera) + "]";
   text.replace(text.find("\"color\": [1, 2, 300]"), 20, "\"reprojection\": NaN");
+  text.insert(text.find("\"points\": {") + 11, "\"1\": {\"coordinates\": [0, -Infinity, 1]}, ");
   Write("reconstruction.json", text);
   Write("reconstruction.geocoords.json", "[" + Reconstruction(camera, 2) + "]");
   const LightField read = ReadPosedSet(scratch_.path(), {}, {}).light_field;
@@ -354,7 +357,8 @@ TEST_F(OpenSfmSet, TheUsualFileGoesBeforeOthers) {
   EXPECT_THAT(read.doubts, Contains(AllOf(HasSubstr("reconstruction.json: is read"),
                                           HasSubstr("not reconstruction.geocoords.json"))));
   fs::remove(scratch_ / "reconstruction.geocoords.json");
-  EXPECT_THAT(ReadPosedSet(scratch_.path(), {}, {}).light_field.doubts, testing::IsEmpty());
+  EXPECT_THAT(ReadPosedSet(scratch_.path(), {}, {}).light_field.doubts,
+              ElementsAre(HasSubstr("1 point whose position is not finite: left out")));
 }
 
 TEST_F(OpenSfmSet, MakesACameraPathWithoutPhotographs) {
@@ -475,6 +479,7 @@ TEST_F(OpenMvgSet, BrownLensAndPointsFitThePictures) {
     structure += fmt::format(R"({}{{"key": 1, "value": {{"X": [{}], "observations": [{}]}}}})",
                              structure.empty() ? "" : ", ", Joined(point, ", "), seen);
   }
+  structure += R"(, {"key": 2, "value": {"X": [NaN, 0, 1], "observations": []}})";
   Write("sfm_data.json",
         Document(
             Intrinsic(0, R"("polymorphic_id": 2147483650, "polymorphic_name": "pinhole_brown_t2")", disto) +
@@ -483,7 +488,8 @@ TEST_F(OpenMvgSet, BrownLensAndPointsFitThePictures) {
   const LightField read = Read();
   ExpectSpots(read);
   EXPECT_EQ(read.cameras.size(), 1u);
-  EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("1 view left out: without a pose")));
+  EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("1 view left out: without a pose"),
+                                       HasSubstr("1 point whose position is not finite: left out")));
   ASSERT_EQ(read.points.size(), points_.size());
   for (const ScenePoint& point : read.points) {
     EXPECT_EQ(point.track.size(), 5u);
@@ -574,11 +580,12 @@ TEST_F(VisualSfmSet, LensAndPointsOfTheLargestModelFit) {
   // A smaller model stands before it, and what was not registered behind.
   Write("model.nvm",
         "\xEF\xBB\xBF# mine\r\nNVM_V3\r\n\r\n1\r\nshot_0.png 90 1 0 0 0 0 0 0 0 0\r\n\r\n0\r\n\n5\n" +
-            Rows(r) + fmt::format("\n{}\n", points_.size()) + points +
+            Rows(r) + fmt::format("\n{}\nnan 0 1 1 2 3 0\n", points_.size() + 1) + points +
             "\n1\nother 1.png\t0 0 0 0 0 0 0 0 0 0\n0\n\n0\n#the last part points to PLY files\n0\n");
   const LightField read = Read();
   ExpectSpots(read);
-  EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("of 2 models the largest is read, with 5 cameras")));
+  EXPECT_THAT(read.doubts, ElementsAre(HasSubstr("of 2 models the largest is read, with 5 cameras"),
+                                       HasSubstr("1 point whose position is not finite: left out")));
   ASSERT_EQ(read.points.size(), points_.size());
   for (const ScenePoint& point : read.points) {
     EXPECT_EQ(point.track.size(), 5u);
