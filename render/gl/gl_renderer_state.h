@@ -3,6 +3,8 @@
 // views), where comments explain the functions.
 #pragma once
 
+#include <epoxy/gl.h>
+
 #include <functional>
 #include <memory>
 #include <span>

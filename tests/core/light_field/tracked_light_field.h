@@ -1,6 +1,8 @@
 // A light field with several cameras, masks and points that views show exactly where they project.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
