@@ -163,7 +163,9 @@ std::size_t AddBackdrop(const std::vector<SplatView>& views, std::size_t most, G
   constexpr int kAcross = 40, kGrown = 8, kStep = 8;  // cells of 2 degrees; 18 degrees beyond what is shown
   FarSphere sphere = SphereAround(views, gaussians);
   sphere.radius *= kBeyond;
-  FarCells cells = CellsOf(views, sphere, kAcross, false, kStep);
+  // What hides it in one view is not its colour, if another shows it.
+  FarCells cells = CellsOf(views, sphere, kAcross, true, kStep);
+  cells.merge(CellsOf(views, sphere, kAcross, false, kStep));
   for (int i = 0; i < kGrown; ++i) Grow(cells, kAcross);
   if (gaussians.size() + cells.size() > most) return 0;
   for (const auto& [number, mean] : cells) gaussians.push_back(GaussianOf(number, mean, sphere, kAcross));

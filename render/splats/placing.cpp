@@ -17,7 +17,10 @@ namespace {
 using Eigen::Vector2f;
 using Eigen::Vector3f;
 
-constexpr float kAgreeing = 3;        // steps of the maps within which two say the same
+// Steps of two maps together within which they say the same; else one sees through the other. Settled on
+// Herz-Jesus-P8.
+constexpr float kAgreeing = 0.5f;
+constexpr float kLeastFacing = 0.1f;  // cosine of the angle under which a view sees a surface
 constexpr float kFlatCell = 1;        // steps by which the surface may leave a cell's plane at its corners
 constexpr float kFinerBy = 1.5f;      // a view that shows the cell this much larger gets Gaussians of its own
 constexpr float kLeastCosine = 0.2f;  // of the angle between a ray and the surface's normal
@@ -86,10 +89,11 @@ PatchReading ReadPatch(const FastView& other, const SurfaceMap& surface, const S
   if (!plane) return reading;
   reading.change = plane->inverse_depth - 1 / depth;
   const float tolerance = kAgreeing * (surface.step() + patch.tolerance / (depth * depth));
-  if (std::abs(reading.change) <= tolerance)
-    reading.vote = Vote::kAgrees;
-  else if (reading.change < 0)
+  const bool faces = patch.normal.dot((other.center - patch.point).normalized()) > kLeastFacing;
+  if (reading.change < -tolerance)
     reading.vote = Vote::kSeesThrough;
+  else if (faces && reading.change <= tolerance)
+    reading.vote = Vote::kAgrees;
   return reading;
 }
 

@@ -2,8 +2,9 @@
 // view, a cell of pixels that no Gaussian shows yet gets one: flat along the surface, as large as the cell
 // there. Cells of the ground have 4 x 4 pixels, 8 x 8 where the photograph is smooth, and fewer beside edges,
 // over which they would reach. Details have 1 or 2 x 2 pixels, where the photograph is not smooth. A Gaussian
-// shows the pixels of all views whose maps agree with its place, unless they see the place more finely. One
-// that no other map confirms, or that any sees through, is left out: it would float in the air.
+// shows the pixels of all views that look at its front and whose maps agree with its place, unless they see
+// the place more finely. One that no other map confirms, or that any sees through, is left out: it would
+// float in the air.
 //
 // The rest, pixels that one view alone sees or whose maps disagree, gets the same two layers afterwards, on
 // the mesh.

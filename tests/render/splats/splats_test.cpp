@@ -15,6 +15,7 @@
 #include "render/quality/quality.h"
 #include "render/renderer/reference_renderer.h"
 #include "render/splats/color_fit.h"
+#include "render/splats/far_sphere.h"
 #include "render/splats/make_splats.h"
 #include "render/splats/splat_renderer.h"
 #include "tests/render/scenes/held_photograph.h"
@@ -233,6 +234,73 @@ TEST(MakeSplats, ShowWhatOneViewAloneSaw) {
   const Splats splats = MakeSplats(*drawn.scene, {});
   const Compared compared = Compare(drawn, splats.gaussians, false);
   EXPECT_GT(compared.splats_db, compared.mesh_db - 3);
+}
+
+// A thin board, red above and blue below, each with stripes of its own; what is beside it is grey.
+cv::Mat PhotographOfBoard(const CameraModel& camera, const Rigid3& cam_from_world) {
+  const Vector3d center = cam_from_world.OriginInSource();
+  const bool from_above = center.z() > 0;
+  cv::Mat bgr(camera.height, camera.width, CV_8UC3, cv::Scalar::all(100));
+  for (int y = 0; y < bgr.rows; ++y)
+    for (int x = 0; x < bgr.cols; ++x) {
+      const Vector3d ray = cam_from_world.DirectionInSource(PinholeRay(camera, x, y));
+      const Vector3d at = center - center.z() / ray.z() * ray;
+      if (at.head<2>().cwiseAbs().maxCoeff() > 0.6) continue;
+      const double stripe = std::sin(25 * (from_above ? at.x() : at.y())) > 0 ? 220 : 90;
+      bgr.at<cv::Vec3b>(y, x) = from_above ? cv::Vec3b(20, 20, cv::saturate_cast<std::uint8_t>(stripe))
+                                           : cv::Vec3b(cv::saturate_cast<std::uint8_t>(stripe), 20, 20);
+    }
+  return bgr;
+}
+
+// Nobody sees a surface from behind, however thin what it belongs to is.
+TEST(MakeSplats, KeepBothSidesOfAThinBoard) {
+  std::vector<Vector3d> viewpoints;
+  for (const double side : {1, -1})
+    for (const Vector3d& at : test::CapViewpoints(7, 0.5, 2.0, 0.05))
+      viewpoints.emplace_back(at.x(), at.y(), side * at.z());
+  const auto all = test::MakeScene({.viewpoints = viewpoints, .width = 160, .height = 120, .focal_px = 140});
+  RenderScene scene = *all;
+  for (SceneView& view : scene.views)
+    view.photograph = test::HoldPhotograph(MakePyramid(PhotographOfBoard(view.camera, view.cam_from_world)));
+  auto board = std::make_shared<TriangleMesh>();
+  for (const float z : {0.001f, -0.001f})
+    for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+      board->vertices.emplace_back(0.6f * static_cast<float>(x), 0.6f * static_cast<float>(y), z);
+  board->triangles = {{0, 1, 2}, {0, 2, 3}, {4, 6, 5}, {4, 7, 6}};
+  const auto proxy = std::make_shared<MeshProxy>(scene.subject, board);
+  const Splats splats = MakeSplats(*WithProxy(*Without(scene, {0, 7}), proxy), {});
+  for (const std::size_t left_out : {0u, 7u}) {
+    const SceneView& view = scene.views[left_out];
+    EXPECT_GT(Psnr(Bytes(DrawSplats(splats.gaussians, view.camera, view.cam_from_world)),
+                   PhotographOfBoard(view.camera, view.cam_from_world)),
+              22)
+        << left_out;
+  }
+}
+
+// What stands before the backdrop in one view does not colour it, if another view sees past it.
+TEST(MakeSplats, TakeTheBackdropFromWhoSeesIt) {
+  std::vector<SplatView> views(2);
+  for (SplatView& view : views) {
+    view.camera = CameraModel::Pinhole(80, 60, 70);
+    view.photograph = view.means[0] = cv::Mat::zeros(60, 80, CV_8UC3);
+    view.done = cv::Mat::zeros(60, 80, CV_8U);
+  }
+  Gaussians past;
+  AddBackdrop(views, 100000, past);
+  views[1].means[0] = cv::Mat(60, 80, CV_8UC3, cv::Scalar::all(255));
+  views[1].done.setTo(1);
+  Gaussians before;
+  AddBackdrop(views, 100000, before);
+  ASSERT_GT(past.size(), 100u);
+  ASSERT_EQ(before.size(), past.size());
+  for (std::size_t i = 0; i < past.size(); ++i) EXPECT_EQ(before[i].harmonics[0], past[i].harmonics[0]);
+  views[0].done.setTo(1);
+  Gaussians hidden;
+  AddBackdrop(views, 100000, hidden);
+  ASSERT_EQ(hidden.size(), past.size());
+  EXPECT_GT(hidden[0].harmonics[0].x(), past[0].harmonics[0].x()) << "better a mean than black";
 }
 
 // Where the mesh ends, views still show something.
