@@ -54,7 +54,7 @@ std::vector<float> FlatVectors(const Gaussians& gaussians, const auto& vector_of
   return numbers;
 }
 
-// The colours of the constant harmonic, linear and opaque, for programs that show points.
+// The colours of the constant harmonic, linear, with the opacity, for programs that show points.
 std::vector<std::uint16_t> PointColors(const Gaussians& gaussians) {
   constexpr float kOne = 65535;
   std::vector<std::uint16_t> colors;
@@ -64,7 +64,7 @@ std::vector<std::uint16_t> PointColors(const Gaussians& gaussians) {
     for (int c = 0; c < 3; ++c)
       colors.push_back(static_cast<std::uint16_t>(
           std::lround(kOne * std::clamp(LinearFromSrgb(std::min(1.0f, color[c])), 0.0f, 1.0f))));
-    colors.push_back(static_cast<std::uint16_t>(kOne));
+    colors.push_back(static_cast<std::uint16_t>(std::lround(kOne * gaussian.opacity)));
   }
   return colors;
 }
@@ -85,7 +85,8 @@ ordered_json AttributesOf(const Gaussians& gaussians, ordered_json& document, Gl
   attributes["COLOR_0"] =
       buffer.AddAccessor(PointColors(gaussians), kGltfUnsignedShort, "VEC4", count, kGltfVertices);
   document["accessors"].back()["normalized"] = true;
-  attributes[Attribute("SCALE")] = add(FlatVectors(gaussians, LogScale), "VEC3");
+  attributes[Attribute("SCALE")] =
+      add(FlatVectors(gaussians, [](const Gaussian& g) { return g.scale; }), "VEC3");
   std::vector<float> rotations, opacities;
   for (const Gaussian& gaussian : gaussians) {
     const auto& q = gaussian.world_from_axes;

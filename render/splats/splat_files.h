@@ -5,10 +5,11 @@
 // logarithms, rot as w x y z, f_rest channel by channel (three harmonics of red, then green, then blue). Here
 // nx ny nz is the surface's normal, which readers ignore.
 //
-// glTF 2.0 with KHR_gaussian_splatting as the draft of 2025 stands (KhronosGroup/glTF): points with the
-// attributes KHR_gaussian_splatting:ROTATION, SCALE (logarithms), OPACITY and SH_DEGREE_l_COEF_n, all floats;
-// COLOR_0 for programs that show points alone. Numbers have glTF's axes, y up, because programs that turn a
-// node do not turn harmonics; "extras" of the node hold the turn.
+// glTF 2.0 with KHR_gaussian_splatting as its release candidate of 2026 stands (KhronosGroup/glTF): points
+// with the attributes KHR_gaussian_splatting:ROTATION, SCALE (standard deviations; logarithms in drafts of
+// 2025), OPACITY and SH_DEGREE_l_COEF_n, all floats; COLOR_0 for programs that show points alone. Numbers
+// have glTF's axes, y up, because programs that turn a node do not turn harmonics; "extras" of the node hold
+// the turn.
 #pragma once
 
 #include <Eigen/Core>

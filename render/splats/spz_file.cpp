@@ -53,10 +53,12 @@ void RequireInRange(const Gaussians& gaussians, float farthest) {
         least, most, 100.0 * static_cast<double>(outside) / static_cast<double>(gaussians.size()));
 }
 
-// Appends a coordinate in 24 bits, least significant byte first.
+// Appends a coordinate in 24 bits, least significant byte first; what would round up to the end of the range
+// stays inside.
 void AppendPosition(std::string& bytes, float coordinate, int bits) {
-  const auto fixed =
-      static_cast<std::int32_t>(std::lround(std::ldexp(static_cast<double>(coordinate), bits)));
+  constexpr long kEnd = 1L << 23;
+  const auto fixed = static_cast<std::int32_t>(
+      std::clamp(std::lround(std::ldexp(static_cast<double>(coordinate), bits)), -kEnd, kEnd - 1));
   for (const int shift : {0, 8, 16}) bytes += static_cast<char>((fixed >> shift) & 0xff);
 }
 

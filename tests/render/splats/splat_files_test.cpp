@@ -176,6 +176,8 @@ TEST(Spz, UsesTheBitsThatASmallSceneLeaves) {
 
 TEST(Spz, RefusesWhatItsRangeDoesNotHold) {
   Gaussians gaussians = Drawn(9, 100);
+  gaussians[3].position_in_world.x() = 2047.9999f;  // would round up to the end of the range
+  EXPECT_NEAR(ReadSpz(SpzBytes(gaussians)).gaussians[3].position_in_world.x(), 2048, 1e-3);
   gaussians[3].position_in_world.y() = -2048.5f;
   EXPECT_THAT([&] { SpzBytes(gaussians); }, ThrowsMessage<Error>(HasSubstr("up to 2048 units")));
   gaussians = Drawn(9, 0.001f);
@@ -226,7 +228,7 @@ TEST(SplatGlb, FollowsTheDraft) {
     };
     EXPECT_LT((vector(at) - turn * g.position_in_world).norm(), 1e-5);
     EXPECT_NEAR(opacities[i], g.opacity, 1e-6);
-    const Vector3f scale = vector(scales).array().exp();
+    const Vector3f scale = vector(scales);
     const Gaussian::Rotation rotation(rotations[4 * i + 3], rotations[4 * i], rotations[4 * i + 1],
                                       rotations[4 * i + 2]);
     const Matrix3f expected = turn * Covariance(g.scale, g.world_from_axes) * turn.transpose();
