@@ -41,18 +41,13 @@ void SetFormat(const std::string& format, ExportOptions& options) {
 }
 
 // Trainers take a part that is missing for 1, so that photographs with and without it contradict each other.
-std::string MixedFacts(const LightField& light_field) {
-  const auto count = [&](const auto& has) {
-    return static_cast<std::size_t>(std::ranges::count_if(light_field.views, has));
-  };
-  const std::size_t times = count([](const View&view) { return view.exposure_s > 0; }),
-                    apertures = count([](const View&view) { return view.f_number.has_value(); });
-  const auto is_mixed = [&](std::size_t some) { return some > 0 && some < light_field.views.size(); };
-  if (!is_mixed(times) && !is_mixed(apertures)) return {};
+std::string MixedFacts(const ExposureCounts& said, std::size_t views) {
+  const auto is_mixed = [&](std::size_t some) { return some > 0 && some < views; };
+  if (!is_mixed(said.times) && !is_mixed(said.f_numbers) && !is_mixed(said.isos)) return {};
   return fmt::format(
-      "{} of {} have an exposure time and {} an f-number: trainers take what is missing for 1 and get these "
-      "photographs' exposure wrong; --light even needs neither",
-      times, Counted(light_field.views.size(), "view"), apertures);
+      "{} of {} have an exposure time, {} an f-number, {} an ISO speed: trainers take what is missing for 1 "
+      "and get these photographs' exposure wrong; --light even needs none",
+      said.times, Counted(views, "photograph"), said.f_numbers, said.isos);
 }
 
 bool AreJpeg(const LightField& light_field, const ExportOptions& options, const ExportSummary& summary) {
@@ -67,12 +62,12 @@ bool AreJpeg(const LightField& light_field, const ExportOptions& options, const 
 std::vector<std::string> ExifWords(const LightField& light_field, const ExportOptions& options,
                                    const ExportSummary& summary) {
   const std::size_t views = light_field.views.size();
-  std::vector<std::string> words{
-      fmt::format("exposures: {} of {} say theirs", summary.with_exposures, Counted(views, "photograph"))};
-  if (summary.with_exposures < views)
+  std::vector<std::string> words{fmt::format("exposures: {} of {} say theirs", summary.exposures.photographs,
+                                             Counted(views, "photograph"))};
+  if (summary.exposures.photographs < views)
     words.emplace_back("of the others none is known, or they are neither JPEG, PNG nor EXR");
-  if (const std::string mixed = MixedFacts(light_field); !mixed.empty()) words.push_back(mixed);
-  if (!AreJpeg(light_field, options, summary) && summary.with_exposures > 0)
+  if (const std::string mixed = MixedFacts(summary.exposures, views); !mixed.empty()) words.push_back(mixed);
+  if (!AreJpeg(light_field, options, summary) && summary.exposures.photographs > 0)
     words.emplace_back(
         "gsplat's examples, 3dgrut and Spirula read exposures from JPEG alone: --format jpeg:95 writes them");
   return words;

@@ -105,6 +105,14 @@ void MoveObservations(const LightField& from, const std::vector<Undistortion>& c
     });
 }
 
+void Add(const std::optional<ExifFacts>& said, ExposureCounts& all) {
+  if (!said) return;
+  ++all.photographs;
+  all.times += said->exposure_s.has_value();
+  all.f_numbers += said->f_number.has_value();
+  all.isos += said->iso.has_value();
+}
+
 void Add(const DepthSummary& of_view, DepthSummary& all) {
   all.maps += of_view.maps;
   all.pixels += of_view.pixels;
@@ -135,7 +143,7 @@ void WritePictures(const ExportedPhotographs& pictures, std::size_t count, std::
       ++(of_view.copied ? summary.copied : summary.made);
       meanings.Add(of_view.stored);
       summary.masks += of_view.has_mask;
-      summary.with_exposures += of_view.has_exposure;
+      Add(of_view.exposure, summary.exposures);
       Add(of_view.depths, summary.depths);
       for (const auto& [path, bytes] : of_view.contents) batch.Write(path, ContentOf(bytes));
     }

@@ -34,10 +34,15 @@ bool HasPoints(ExportForm form);
 // Returns whether the form's programs read depth maps.
 bool HasDepths(ExportForm form);
 
+// Numbers of photographs that say something of their exposure, and of those what.
+struct ExposureCounts {
+  std::size_t photographs = 0, times = 0, f_numbers = 0, isos = 0;
+};
+
 struct ExportSummary {
   std::size_t copied = 0, made = 0;  // numbers of photographs copied unchanged, and written anew
   std::size_t masks = 0;
-  std::size_t with_exposures = 0;  // photographs that say their exposure, of those that were to
+  ExposureCounts exposures;  // of photographs that were to say theirs
   DepthSummary depths;
   std::vector<Undistortion> cameras;  // by index into LightField::cameras; empty if nothing was undistorted
   PointStatistics points;

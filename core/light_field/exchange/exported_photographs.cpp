@@ -186,7 +186,8 @@ ExportedFiles ExportedPhotographs::PhotographOf(const Task& task) const {
   if (!exposure.exposure_s && !exposure.f_number && !exposure.iso) return files;
   std::string& bytes = files.contents.front().second;
   std::optional<std::string> with_exif = WithExif(bytes, exposure);
-  files.has_exposure = with_exif || (!copies && LowercaseEnding(task.exported.image_path) == ".exr");
+  if (with_exif || (!copies && LowercaseEnding(task.exported.image_path) == ".exr"))
+    files.exposure = exposure;
   if (with_exif) bytes = std::move(*with_exif);
   return files;
 }
@@ -252,14 +253,16 @@ cv::Mat ExportedPhotographs::LinearLight(const Task& task) const {
   return cv::max(Resampled(task.map, light), 0);
 }
 
-// The light field's facts, or else those of the photograph's own Exif data. ISO is 100 times the gain, which
-// is known to be 1 only where the camera told its exposure, or gains of other views.
+// The light field's facts, or else those of the photograph's own Exif data. ISO is 100 times the gain. A gain
+// of 1 is known only where the camera told its exposure, or gains of other views, and no Exif data say more.
 ExifFacts ExportedPhotographs::ExposureOf(const View& view) const {
   constexpr double kBaseIso = 100;
   const fs::path original = from_.root / view.image_path;
   ExifFacts facts = fs::is_regular_file(original) ? ExifOfPicture(ReadWholeFile(original)) : ExifFacts{};
+  const bool has_own = facts.exposure_s || facts.iso;
+  if (view.gain != 1 || (!has_own && (view.exposure_s > 0 || knows_gains_)))
+    facts.iso = std::max(1.0, std::round(kBaseIso * view.gain));
   if (view.exposure_s > 0) facts.exposure_s = view.exposure_s;
-  if (view.exposure_s > 0 || knows_gains_) facts.iso = std::max(1.0, std::round(kBaseIso * view.gain));
   if (view.f_number) facts.f_number = view.f_number;
   if (view.focal_mm) facts.focal_mm = view.focal_mm;
   if (!view.lens.empty()) facts.lens = ExifText(view.lens);

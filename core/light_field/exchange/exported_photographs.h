@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,8 +38,8 @@ struct ExportedFiles {
   std::vector<std::pair<std::filesystem::path, std::string>> contents;  // the photograph's first
   bool copied = false;                                                  // its pixels are the original's
   bool has_mask = false;
-  bool has_exposure = false;  // it says its exposure, as was asked
-  StoredPicture stored = {};  // facts of a copied picture, without its pixels
+  std::optional<ExifFacts> exposure = {};  // that it says, as was asked
+  StoredPicture stored = {};               // facts of a copied picture, without its pixels
   DepthSummary depths = {};
 };
 

@@ -11,9 +11,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 
 #include "core/base/atomic_file.h"
 #include "core/base/json_text.h"
+#include "core/image/files/exif_insertion.h"
 #include "core/image/files/exr_file.h"
 #include "core/image/files/jpeg_codec.h"
 #include "core/light_field/folder/light_field_io.h"
@@ -37,6 +39,8 @@ struct Sensor {
   bool is_linear = false;  // masters of 16 bits in its own colours, else 8-bit sRGB
   bool is_jpeg = false;
   double most_stops = 1;  // 0: the same exposure for all
+  std::optional<std::size_t> odd =
+      {};  // this photograph's exposure is not known, but its ISO by its Exif data
 };
 
 class ExportLight : public testing::Test {
@@ -70,9 +74,14 @@ class ExportLight : public testing::Test {
     } else {
       frame.image = {.pixels = Srgb8FromLinear(light), .transfer = Transfer::kSrgb};
     }
-    if (sensor.is_jpeg)
-      frame.encoded = EncodedImage{".jpg", std::make_shared<std::string>(JpegBytes(frame.image.pixels, 98))};
-    if (sensor.tells_exposures) {
+    if (sensor.is_jpeg) {
+      std::string jpeg = JpegBytes(frame.image.pixels, 98);
+      ExifFacts facts;
+      facts.iso = 800;
+      if (sensor.odd == i) jpeg = WithExif(jpeg, facts).value();
+      frame.encoded = EncodedImage{".jpg", std::make_shared<std::string>(jpeg)};
+    }
+    if (sensor.tells_exposures && sensor.odd != i) {
       frame.exposure_s = kTimes[i];
       frame.gain = 2;
       frame.f_number = 4;
@@ -201,6 +210,16 @@ TEST_F(ExportLight, ExifSaysTheExposures) {
   EXPECT_EQ(cv::norm(pixels(Exported("copied")[0]), pixels(jpeg / source.views[0].image_path), cv::NORM_INF),
             0)
       << "the pixels are not encoded again";
+}
+
+TEST_F(ExportLight, APhotographsOwnIsoGoesBeforeAGuess) {
+  const auto run = Run("--light exif", Record("odd", {.is_jpeg = true, .odd = 3}), "out");
+  ASSERT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.output,
+              HasSubstr("5 of 6 photographs have an exposure time, 5 an f-number, 6 an ISO speed"));
+  const test::ExifTags tags = test::ExifTagsOf(ReadWholeFile(Exported("out")[3]));
+  EXPECT_EQ(tags.numbers.at(test::kIsoTag), 800);
+  EXPECT_FALSE(tags.numbers.contains(test::kExposureTimeTag));
 }
 
 TEST_F(ExportLight, WhatNobodyKnowsIsAbsent) {
