@@ -27,6 +27,10 @@ constexpr std::string_view kOtherKeys[] = {
 // How others spell these keys, whose values are the same.
 constexpr std::pair<std::string_view, const char*> kOtherSpellings[] = {
     {"width", "w"}, {"height", "h"}, {"fx", "fl_x"}, {"fy", "fl_y"}};
+// Fields of view, in radians (3DGS) or degrees; the keys of those units.
+constexpr struct {
+  const char *key, *in_radians, *in_degrees;
+} kFieldsOfView[] = {{"fovx", "camera_angle_x", "x_fov"}, {"fovy", "camera_angle_y", "y_fov"}};
 // Matrices of a camera: fx 0 cx, 0 fy cy.
 constexpr std::string_view kMatrixKeys[] = {"intrinsic_matrix", "camera_matrix", "K"};
 
@@ -210,7 +214,9 @@ bool IsOff(const json& value) { return value.is_null() || value == false || valu
 bool IsCameraKey(const std::string& key) {
   const bool is_spelt_otherwise =
       std::ranges::any_of(kOtherSpellings, [&](const auto& pair) { return pair.first == key; });
-  return is_spelt_otherwise || IsOneOf(kMatrixKeys, key) || IsOneOf(kFocalKeysX, key) ||
+  const bool is_field_of_view =
+      std::ranges::any_of(kFieldsOfView, [&](const auto& field) { return field.key == key; });
+  return is_spelt_otherwise || is_field_of_view || IsOneOf(kMatrixKeys, key) || IsOneOf(kFocalKeysX, key) ||
          IsOneOf(kFocalKeysY, key) || IsOneOf(kDistortionKeys, key) || IsOneOf(kOtherKeys, key) ||
          OtherLensOf(key);
 }
@@ -222,6 +228,13 @@ json CameraKeysOf(const json& object) {
   for (const auto& [other, key] : kOtherSpellings) {
     const std::string name(other);
     if (keys.contains(name) && !keys.contains(key)) keys[key] = keys[name];
+    keys.erase(name);
+  }
+  for (const auto& [name, in_radians, in_degrees] : kFieldsOfView) {
+    if (!keys.contains(name)) continue;
+    const bool is_degrees = keys[name].is_number() && keys[name] > std::numbers::pi;
+    const char* key = is_degrees ? in_degrees : in_radians;
+    if (!keys.contains(key)) keys[key] = keys[name];
     keys.erase(name);
   }
   if (IsAnyOf(kFocalKeysX, keys) || IsAnyOf(kFocalKeysY, keys)) return keys;
@@ -300,6 +313,9 @@ CameraModel ReadCamera(const JsonPlace& place, const fs::path& example_image, Fi
         place.where, place.Text("camera_model", "OPENCV"));
   const bool fisheye = IsOneOf(kFisheyes, model) || IsFisheye(place);
   const auto [k1, k2, k3, k4, p1, p2] = DistortionOf(place);
+  if (model == "FULL_OPENCV" && k4 != 0)
+    throw Error("{}: 'k4' is {}, by which FULL_OPENCV divides, and ulf has no such lens; {}", place.where, k4,
+                kUndistort);
   camera.coefficients =
       fisheye ? std::array<double, 5>{k1, k2, k3, k4, 0} : std::array<double, 5>{k1, k2, p1, p2, k3};
   const bool all_zero = camera.coefficients == std::array<double, 5>{};

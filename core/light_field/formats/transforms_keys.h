@@ -37,8 +37,6 @@ inline constexpr std::string_view kTransformsKeys[] = {"aabb",
                                                        "val_filenames"};
 inline constexpr std::string_view kFrameKeys[] = {"colmap_im_id",
                                                   "file_path",
-                                                  "fovx",
-                                                  "fovy",
                                                   "mask_path",
                                                   "rolling_shutter",
                                                   "rotation",

@@ -154,6 +154,7 @@ TEST_F(StrangersSet, FieldsOfViewAreFocalLengths) {
   EXPECT_LT((focal({{"x_fov", 90}, {"y_fov", 60}}) - Vector2d(32, tall)).norm(), 1e-9);
   EXPECT_LT((focal({{"y_fov", 60}}) - Vector2d(tall, tall)).norm(), 1e-9);
   EXPECT_LT((focal({{"camera_angle_y", std::numbers::pi / 3}}) - Vector2d(tall, tall)).norm(), 1e-9);
+  EXPECT_LT((focal({{"fovx", 90}, {"fovy", std::numbers::pi / 3}}) - Vector2d(32, tall)).norm(), 1e-9);
   EXPECT_LT((focal({{"fl_y", 70}}) - Vector2d(70, 70)).norm(), 1e-9);
   EXPECT_LT((focal({{"fl_x", 32}, {"camera_angle_x", 1.5708}}) - Vector2d(32, 32)).norm(), 1e-9);
   const json before = document_;
@@ -165,10 +166,16 @@ TEST_F(StrangersSet, FieldsOfViewAreFocalLengths) {
   document_ = before;
   document_["x_fov"] = 90;  // beside 60 px
   ExpectRefused("'fl_x' says a focal length of 60 px", "'x_fov' one of 32 px");
+  document_ = before;
+  document_["frames"][1]["fovx"] = std::numbers::pi / 2;  // a frame's own goes before the set's
+  EXPECT_NEAR(Read().cameras.at(1).fx, 32, 1e-9);
 }
 
 TEST_F(StrangersSet, OtherLensesAreRefusedByName) {
   const json before = document_;
+  document_.update({{"camera_model", "FULL_OPENCV"}, {"k4", 0.01}});
+  ExpectRefused("FULL_OPENCV divides", "undistort");
+  document_ = before;
   for (const char* key : {"ftheta_p0", "ftheta_p4", "latlong", "equirectangular", "orthographic", "k5", "k6",
                           "s1", "s2", "s3", "s4"}) {
     for (const bool of_frame : {false, true}) {
