@@ -200,9 +200,9 @@ void WritePictureFile(const std::string& path, const cv::Mat& srgb8) {
 cv::Mat ReadOverBackground(const std::string& path, const cv::Vec3d& background) {
   if (!HasAlphaChannel(path)) return {};
   const StoredPicture picture = ReadPicture(path);
-  if (picture.alpha.empty()) return {};
   const int depth = picture.pixels.depth();
   const double full = FullScale(depth);
+  if (picture.alpha.empty() || cv::countNonZero(picture.alpha < full) == 0) return {};
   cv::Mat colors = picture.pixels, alpha;
   if (colors.channels() == 1) cv::cvtColor(picture.pixels, colors, cv::COLOR_GRAY2BGR);
   colors.convertTo(colors, CV_64F);

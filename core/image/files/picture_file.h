@@ -46,7 +46,8 @@ void WritePictureFile(const std::string& path, const cv::Mat& srgb8);
 
 // Blends the picture's colours (straight, not premultiplied) over `background` (B, G, R, encoded as the
 // picture, 0 to 1) in stored numbers, as synthetic sets for view synthesis define it. Returns three channels
-// of the picture's depth; empty if the file has no alpha channel. Throws Error as ReadPicture() does.
+// of the picture's depth; empty if the file has no alpha channel, or one that is opaque everywhere. Throws
+// Error as ReadPicture() does.
 cv::Mat ReadOverBackground(const std::string& path, const cv::Vec3d& background);
 
 }  // namespace ulf

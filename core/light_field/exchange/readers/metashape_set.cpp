@@ -303,10 +303,10 @@ double MeasurableShare(const std::vector<ScenePoint>& points, const Similarity3&
 
 // Reads the points beside the cameras. The file does not say its frame: Metashape exports points in the
 // world, in the chunk's own frame, or in a coordinate system of the earth. They are taken if photographs show
-// them in one of the first two and not in the other.
+// them in one of the first two and few of them in the other.
 void ReadPointsBeside(const fs::path& xml, const std::optional<Similarity3>& world_from_chunk,
                       LightField& light_field) {
-  constexpr double kMost = 0.5, kFew = 0.1;  // shares
+  constexpr double kMost = 0.5, kFewOf = 0.4;  // share of the points, and of those of the other frame
   const fs::path ply = xml.parent_path() / "points.ply";
   if (!ReadPointPositions(ply, light_field) || light_field.points.empty()) return;
   std::vector<ScenePoint>& points = light_field.points;
@@ -315,8 +315,8 @@ void ReadPointsBeside(const fs::path& xml, const std::optional<Similarity3>& wor
                in_chunk = MeasurableShare(points, from_chunk, light_field);
   const bool is_one_frame = (from_chunk.rotation - Eigen::Matrix3d::Identity()).norm() < 1e-9 &&
                             std::abs(from_chunk.scale - 1) < 1e-9 && from_chunk.translation.norm() < 1e-9;
-  if (in_world >= kMost && (is_one_frame || in_chunk < kFew)) return;
-  if (in_chunk >= kMost && in_world < kFew) {
+  if (in_world >= kMost && (is_one_frame || in_chunk < kFewOf * in_world)) return;
+  if (in_chunk >= kMost && in_world < kFewOf * in_chunk) {
     for (ScenePoint& point : points) point.position_in_world = from_chunk * point.position_in_world;
     return;
   }

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "core/base/atomic_file.h"
+#include "core/base/counted.h"
 #include "core/base/error.h"
 #include "core/base/lowercase.h"
 #include "core/image/files/picture_file.h"
@@ -161,6 +162,7 @@ PosedSet ReadRealityScanCsv(const fs::path& file, const fs::path& chosen) {
 
   NamedViews named(file, images, set);
   FittedLenses fitted;
+  std::size_t with_k1_alone = 0;
   CsvRows rows(file);
   std::vector<std::string> absent;
   for (const char* title : {"px", "py", "k1", "k2", "k3", "k4", "t1", "t2"})
@@ -174,10 +176,17 @@ PosedSet ReadRealityScanCsv(const fs::path& file, const fs::path& chosen) {
     const std::string path = named.Find(rows.Name(), where);
     if (path.empty()) continue;
     const CameraModel camera = CameraOfRow(rows, images.folder() / path, fitted);
+    const auto& [k1, k2, p1, p2, k3] = camera.coefficients;
+    with_k1_alone += k1 != 0 && k2 == 0 && k3 == 0 && p1 == 0 && p2 == 0;
     named.Add(path, camera, PoseOfRow(rows), where);
   }
   named.RequireFound();
   fitted.Note(light_field.doubts);
+  if (with_k1_alone > 0)
+    light_field.doubts.push_back(fmt::format(
+        "{}: the lens of {} has k1 alone, and a csv does not name its model: it is read as Brown's; if the "
+        "project has the model Division, export XMP files or align with Brown 3",
+        file.string(), Counted(with_k1_alone, "camera")));
   return set;
 }
 

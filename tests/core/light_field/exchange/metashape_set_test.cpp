@@ -306,6 +306,10 @@ TEST_F(MetashapeSet, PointsComeInWhereTheirFrameIsClear) {
       {"no transform", {}, {}, true},
       {"points in the world", world_from_chunk, world_from_chunk, true},
       {"points in the chunk's frame", world_from_chunk, {}, true},
+      {"fewer of them in the chunk's frame",
+       {1, Matrix3d::Identity(), {0, 5.5, 0}},
+       {1, Matrix3d::Identity(), {0, 5.5, 0}},
+       true},
       {"points on the earth", world_from_chunk, {1, Matrix3d::Identity(), {500000, 5200000, 340}}, false},
       {"either frame", {1, Turned(0.3, {0, 1, 0}), {0, 0, 0}}, {}, false},
   };

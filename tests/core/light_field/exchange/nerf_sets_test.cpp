@@ -101,10 +101,13 @@ TEST_F(NerfSet, WithoutAlphaIsNotLaidOverWhite) {
     return run.errors;
   };
   EXPECT_THAT(import("with"), HasSubstr("6 pictures with alpha: laid over white"));
-  for (const char* part : {"train", "test"})
-    for (const auto& entry : fs::directory_iterator(scratch_ / "set" / part))
-      cv::imwrite(entry.path().string(), cv::Mat(kHeight, kWidth, CV_8UC3, cv::Scalar(40, 80, 120)));
-  EXPECT_THAT(import("without"), testing::Not(HasSubstr("alpha")));
+  // Opaque everywhere is as good as without.
+  for (const int type : {CV_8UC4, CV_8UC3}) {
+    for (const char* part : {"train", "test"})
+      for (const auto& entry : fs::directory_iterator(scratch_ / "set" / part))
+        cv::imwrite(entry.path().string(), cv::Mat(kHeight, kWidth, type, cv::Scalar(40, 80, 120, 255)));
+    EXPECT_THAT(import(type == CV_8UC4 ? "opaque" : "without"), testing::Not(HasSubstr("alpha")));
+  }
 }
 
 // Its photographs lie in another folder, where only the ends of their names lead.

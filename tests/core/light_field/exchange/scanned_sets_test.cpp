@@ -201,6 +201,8 @@ TEST_F(RealityScanTable, PosesAndLensesFitThePictures) {
       scratch_ / "images", [](const Vector3d& p) { return Taken(p, -0.03); }, 0.5);
   Write("cameras.csv", kTitle + Rows("30,0.01,-0.02,-0.1,0.03,0.01,-0.03,0.003,-0.002"));
   ExpectSpots(Read());
+  Write("cameras.csv", kTitle + Rows("30,0.01,-0.02,-0.1,0,0,0,0,0"));
+  EXPECT_THAT(Read().doubts, ElementsAre(HasSubstr("the lens of 5 cameras has k1 alone")));
   // A spreadsheet may have kept it.
   Write("cameras.csv", "#Name, X, Y, Alt, Heading, Pitch, Roll, F, Px, Py, K1, K2, K3, K4, T1, T2\n" +
                            Rows("30,0.01,-0.02,-0.1,0.03,0.01,-0.03,0.003,-0.002"));
