@@ -378,12 +378,16 @@ std::optional<MeshMove> FittingMove(const TriangleMesh& mesh, const std::vector<
 }  // namespace
 
 void RequireMeshOfWorld(const std::string& name, const TriangleMesh& mesh, const LightField& light_field) {
-  if (light_field.points.size() < kFewestPointsForMesh) return;
+  const auto warn = [&](int seen, const std::string& why) {
+    spdlog::warn("{}: of {} that views see, {}: whether it is in the world of {} cannot be told", name,
+                 Counted(static_cast<std::size_t>(seen), "point"), why, light_field.root.string());
+  };
   const std::vector<PointsOfView> views = PointsSeenByViews(light_field);
   const PointsOnMesh given = CountOnMesh(mesh, views);
   spdlog::debug("{}: of {} points {} are covered, {} on it, {} about on it, {} views have it", name,
                 given.seen, given.covered, given.on, given.about_on, given.views_with_mesh);
-  if (given.seen < static_cast<int>(kFewestPointsForMesh)) return;
+  if (given.seen < static_cast<int>(kFewestPointsForMesh))
+    return warn(given.seen, fmt::format("which are too few (fewer than {})", kFewestPointsForMesh));
   if (given.covered >= kFewestCovered && given.on >= kFitsShare * given.covered) return;
   const std::string misfit =
       fmt::format("{}: is in another world than {}: of {} that views see, {} on it", name,
@@ -401,11 +405,8 @@ void RequireMeshOfWorld(const std::string& name, const TriangleMesh& mesh, const
         "scene, under these poses?",
         misfit);
   if (hardly_covered)
-    spdlog::warn(
-        "{}: of {} that views see, {} in its direction: whether it is in the world of {} cannot be told",
-        name, Counted(static_cast<std::size_t>(given.seen), "point"),
-        given.covered == 1 ? std::string("1 lies") : fmt::format("{} lie", given.covered),
-        light_field.root.string());
+    warn(given.seen, given.covered == 1 ? std::string("1 lies in its direction")
+                                        : fmt::format("{} lie in its direction", given.covered));
 }
 
 }  // namespace ulf::render

@@ -141,7 +141,10 @@ std::shared_ptr<const Proxy> ProxyFromName(const std::string& name, const Subjec
   const std::string ending = std::filesystem::path(name).extension().string();
   if (ending == ".ply" || ending == ".obj" || ending == ".PLY" || ending == ".OBJ") {
     const auto mesh = ShownTriangles(TrianglesFrom(name), name, subject, light_field);
-    if (!light_field.empty()) RequireMeshOfWorld(name, *mesh, ReadLightField(light_field));
+    // Commands compare it with points that they measure where the light field has few.
+    if (!light_field.empty())
+      if (const LightField given = ReadLightField(light_field); given.points.size() >= kFewestPointsForMesh)
+        RequireMeshOfWorld(name, *mesh, given);
     return std::make_shared<MeshProxy>(subject, mesh, std::filesystem::path(name).filename().string());
   }
   throw Refusal(Parameter("proxy"), name, "no such proxy",

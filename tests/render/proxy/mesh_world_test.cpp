@@ -3,10 +3,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <functional>
 #include <random>
+#include <sstream>
 
 #include "core/base/error.h"
 #include "render/proxy/depth_raster.h"
@@ -210,11 +213,17 @@ TEST(MeshWorld, SaysThatNothingFitsForAnotherScene) {
   EXPECT_THAT(Misfit(crumpled, field), HasSubstr("no exchange of its axes, usual unit of length or shift"));
 }
 
-TEST(MeshWorld, FewPointsTellNothing) {
+TEST(MeshWorld, FewPointsTellNothingAndThatIsSaid) {
   const TriangleMesh ground = Ground(2);
   LightField field = FieldOver(ground, 2, true);
-  field.points.resize(20);
+  field.points.resize(3);
+  std::ostringstream said;
+  const auto logger = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("said", std::make_shared<spdlog::sinks::ostream_sink_mt>(said)));
   EXPECT_EQ(Misfit(Changed(ground, [](const Vector3d& at) { return Vector3d(1000 * at); }), field), "");
+  spdlog::set_default_logger(logger);
+  EXPECT_THAT(said.str(), HasSubstr("too few (fewer than 50): whether it is in the world of"));
 }
 
 // Commands refuse it, with points of the light field or, where it has none, of its photographs.
