@@ -157,7 +157,7 @@ void LightWatch::LookForFlicker() {
     const double explained = (cycles > 0.5 - 0.5 / n ? 1 : 2) * std::norm(sum) / n;
     if (explained > best) best = explained, best_cycles = cycles;
   }
-  if (best < kLightOneFrequency * power) return;
+  if (!(best > 0) || best < kLightOneFrequency * power) return;
   const double amplitude = std::sqrt(2 * best / n) / (1 - std::cos(2 * M_PI * best_cycles));
   // An automatic that follows every second picture goes in steps of its own.
   if (amplitude < std::max(kLightLeastFlicker, step)) return;
@@ -177,7 +177,7 @@ void LightWatch::LookForBands() {
       explained[static_cast<std::size_t>(i)] += moment.explained[static_cast<std::size_t>(i)];
   }
   const auto best = std::ranges::max_element(explained);
-  if (*best < kLightExplainedByBands * deviations) return;
+  if (!(points > 0) || *best < kLightExplainedByBands * deviations) return;
   // From picture to picture light changes by up to twice the lamp's amplitude.
   const double amplitude = 0.5 * std::sqrt(2 * *best / points);
   if (amplitude < kLightLeastFlicker) return;

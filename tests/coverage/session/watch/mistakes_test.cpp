@@ -175,6 +175,19 @@ TEST(Mistakes, StandInThePreflightWithTheirCure) {
                                  "lamps: it flickers. Take others", "lens: a spot stays. Clean it"));
 }
 
+// Nothing changes, so that every share of a change is 0 of 0.
+TEST(PictureTracks, AStillPictureDoesNotFlicker) {
+  cv::Mat texture(240, 320, CV_8U);
+  cv::RNG(5).fill(texture, cv::RNG::UNIFORM, 40, 200);
+  LightWatch light;
+  PictureTracks tracks;
+  for (int i = 0; i < 60; ++i) {
+    const auto pair = tracks.Update(i / 15.0, {.pixels = texture, .transfer = Transfer::kSrgb});
+    if (!pair) continue;
+    ASSERT_FALSE(light.Update(*pair, 0).flickers) << i;
+  }
+}
+
 // A hand before the lens, and the picture's jump to another scene, are no change of light and no
 // swing of the focus.
 TEST(PictureTracks, AnotherSceneIsAGapAndNoChange) {
