@@ -172,6 +172,15 @@ TEST_F(OutwardSet, IsRenderedAlongItsViewsAndBetween) {
 TEST_F(OutwardSet, HasAnOrbitAboutItsPointsAndAViewer) {
   ASSERT_EQ(Import("--no-subject").exit_code, 0);
   ExpectPictures("--proxy points --path orbit --frames 3", {});
+  std::vector<cv::Mat> around;
+  for (int i = 0; i < 3; ++i) {
+    around.push_back(cv::imread((scratch_ / fmt::format("pictures/frame_{:05}.png", i)).string()));
+    ASSERT_FALSE(around.back().empty()) << i;
+    cv::Mat dark;
+    cv::inRange(around.back(), cv::Scalar::all(0), cv::Scalar::all(12), dark);  // the walls have from 28 on
+    EXPECT_LT(cv::countNonZero(dark), 0.02 * static_cast<double>(dark.total())) << i;
+  }
+  EXPECT_GT(cv::norm(around[0], around[1], cv::NORM_L1) / static_cast<double>(around[0].total()), 30);
   const CommandResult view =
       RunUlf("view " + dir_.string() + " --width 96 --height 72 --keys t,w --screenshot " +
              (scratch_ / "view.png").string());
