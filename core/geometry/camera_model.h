@@ -70,7 +70,7 @@ struct CameraModel {
   double MaxRayAngle() const;
 
   bool operator==(const CameraModel&) const = default;
-  auto operator<=>(const CameraModel&) const = default;
+  auto operator<=>(const CameraModel&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 }  // namespace ulf

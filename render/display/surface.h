@@ -97,7 +97,7 @@ class OffscreenSurface : public Surface {
   explicit OffscreenSurface(cv::Size size, double content_scale = 1);
   ~OffscreenSurface() override;
   // Adds an event for TakeEvents(), which never waits here.
-  void Push(InputEvent event) { events_.push_back(event); }
+  void Push(const InputEvent& event) { events_.push_back(event); }
   void Resize(cv::Size size, double content_scale);
 
   cv::Size Size() const override { return size_; }

@@ -108,7 +108,7 @@ BENCHMARK(Throughput)
 void Latency(benchmark::State& state) {
   const Size size = SizeOf(state);
   Turn ours, bare;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     ours = Ours(size, kLatencyFps, kLatencyFrames);
     bare = Bare(size, kLatencyFps, kLatencyFrames);
     state.SetIterationTime(1e-3 * Quantile(ours.latencies_ms, 0.5));

@@ -102,7 +102,7 @@ Turn BareTurn(const BareStream& wanted, std::size_t frames_wanted) {
 void TellThroughput(benchmark::State& state, const std::function<Turn()>& ours,
                     const std::function<Turn()>& bare) {
   using Turns = test::Paired<Turn>;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const Turns turns(ours, bare, kTurns);
     const test::Spread ratio = turns.Ratios(&Turn::fps);
     state.counters["ratio"] = ratio.median;

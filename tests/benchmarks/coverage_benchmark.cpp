@@ -50,13 +50,13 @@ std::vector<CriterionView> Capture(int count, const Cap& cap = kUsualCap, unsign
 
 void BoundNearTheShell(benchmark::State& state) {
   const CriterionView recorded = ViewAt(0, 0, 1), candidate = ViewAt(0.02, 0.01, 1.05);
-  for (auto _ : state) benchmark::DoNotOptimize(BoundPx(recorded, candidate, kSubject));
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(BoundPx(recorded, candidate, kSubject));
 }
 BENCHMARK(BoundNearTheShell);
 
 void BoundFarFromTheShell(benchmark::State& state) {
   const CriterionView recorded = ViewAt(0, 0, 1), candidate = ViewAt(0.02, 0.01, 1.6);
-  for (auto _ : state) benchmark::DoNotOptimize(BoundPx(recorded, candidate, kSubject));
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(BoundPx(recorded, candidate, kSubject));
 }
 BENCHMARK(BoundFarFromTheShell);
 
@@ -86,7 +86,7 @@ void Decision(benchmark::State& state) {
       percent > 0 ? Capture(257, kUsualCap, kLiveSeed, percent / 100) : Capture(257, beside, kLiveSeed);
   std::size_t i = 0;
   OwnTimes times;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto start = Clock::now();
     benchmark::DoNotOptimize(recorded.Best(candidates[i++ % candidates.size()]));
     times.Add(state, SecondsSince(start));
@@ -104,7 +104,7 @@ void PaintOneView(benchmark::State& state) {
   const std::vector<CriterionView> more = Capture(257, kUsualCap, kLiveSeed);
   std::size_t i = 0;
   OwnTimes times;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     CoverageMap map = before;
     const auto start = Clock::now();
     map.Add(more[i++ % more.size()]);
@@ -129,7 +129,7 @@ void PaintOneViewOfAMapInUse(benchmark::State& state, const Cap& cap) {
   std::size_t i = 0;
   double seconds = 0, copying_s = 0;
   std::shared_ptr<const CoverageMap> looked_at;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto start = Clock::now();
     auto map = std::make_shared<CoverageMap>(*in_use);
     copying_s += SecondsSince(start);
@@ -164,7 +164,7 @@ BENCHMARK(PaintInUseSphere)
 
 void PaintAnew(benchmark::State& state) {
   const std::vector<CriterionView> views = Capture(static_cast<int>(state.range(0)));
-  for (auto _ : state)
+  for ([[maybe_unused]] auto _ : state)
     benchmark::DoNotOptimize(
         CoverageMap(kSubject, {.cap = Cap::ParseDegrees("60x40"), .threshold_px = 7}, views).CoveredShare());
 }

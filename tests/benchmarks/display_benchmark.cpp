@@ -72,7 +72,7 @@ void ShowFrames(benchmark::State& state, const std::string& keys) {
   std::size_t frame = 0;
   double start_s = 0;
   constexpr std::size_t kWarmUp = 4;  // pictures are uploaded
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     if (frame == kWarmUp) start_s = CpuSeconds();
     feed.Publish(std::make_shared<CaptureState>(*stage.live[frame % stage.live.size()]));
     display.Step();
@@ -149,7 +149,7 @@ void BM_LiveBesideTracking(benchmark::State& state) {
   std::vector<Frame> frames;
   for (std::uint64_t i = 0; i < 90; ++i) frames.push_back(simulated.Capture(i));
   constexpr double kSeconds = 15;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const double alone_fps = TrackedFps(frames, simulated.camera(), cores[0], [&] {
       std::this_thread::sleep_for(std::chrono::duration<double>(kSeconds));
     });

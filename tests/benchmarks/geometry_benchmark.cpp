@@ -65,7 +65,7 @@ std::vector<double> TrackAtPace(LiveGeometry* geometry) {
 void BM_TrackerBesideGeometry(benchmark::State& state) {
   TheShoot();
   constexpr int kTurns = 3;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     std::vector<double> alone, beside;
     double processor_s = 0, seconds = 0;
     int maps = 0;
@@ -96,7 +96,7 @@ void BM_MeshAfterTheLastFrame(benchmark::State& state) {
   const Hand& hand = dynamic_cast<const Hand&>(camera.hand());
   constexpr int kViews = 200;
   constexpr std::chrono::milliseconds kBetweenViews(200);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     LiveGeometry geometry({});
     geometry.SetSubject(camera.scene().subject());
     auto due = Clock::now();

@@ -87,7 +87,7 @@ int Run(const Question& asked) {
 }  // namespace
 }  // namespace ulf
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): it ends the program
   CLI::App app("Captures by simulated operators, without pictures", "guidance_benchmark");
   ulf::Question asked;
   app.add_option("--who", asked.people)->delimiter(',');

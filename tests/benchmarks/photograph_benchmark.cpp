@@ -77,18 +77,18 @@ const fs::path& ManyViews() {
 void Decode(benchmark::State& state, const char* extension) {
   std::vector<unsigned char> file;
   cv::imencode(extension, Photograph1Mp(), file);
-  for (auto _ : state) benchmark::DoNotOptimize(cv::imdecode(file, cv::IMREAD_UNCHANGED));
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(cv::imdecode(file, cv::IMREAD_UNCHANGED));
   state.counters["MB"] = 1e-6 * static_cast<double>(file.size());
 }
 
 void Pyramid(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(MakePyramid(Photograph1Mp()));
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(MakePyramid(Photograph1Mp()));
 }
 
 void WriteFile(benchmark::State& state) {
   const test::ScratchFolder scratch;
   const ViewPyramid pyramid = MakePyramid(Photograph1Mp());
-  for (auto _ : state) WritePyramidFile(scratch / "x.pyramid", 1, pyramid);
+  for ([[maybe_unused]] auto _ : state) WritePyramidFile(scratch / "x.pyramid", 1, pyramid);
   state.counters["MB"] = 1e-6 * static_cast<double>(fs::file_size(scratch / "x.pyramid"));
 }
 
@@ -97,7 +97,7 @@ void ReadFile(benchmark::State& state) {
   const ViewPyramid pyramid = MakePyramid(Photograph1Mp());
   WritePyramidFile(scratch / "x.pyramid", 1, pyramid);
   const auto photograph = test::HoldPhotograph(pyramid);
-  for (auto _ : state)
+  for ([[maybe_unused]] auto _ : state)
     benchmark::DoNotOptimize(
         ReadPyramidFile(scratch / "x.pyramid", 1, *photograph, static_cast<int>(state.range(0))));
 }
@@ -118,7 +118,8 @@ void ShadowMapOfOneView(benchmark::State& state) {
       mesh.triangles.push_back({at + 1, at + kSide + 2, at + kSide + 1});
     }
   const Rigid3 pose = LookAt({0.2, 0.1, 2}, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY());
-  for (auto _ : state) benchmark::DoNotOptimize(MakeShadowMap(mesh, Studio().camera(), pose));
+  for ([[maybe_unused]] auto _ : state)
+    benchmark::DoNotOptimize(MakeShadowMap(mesh, Studio().camera(), pose));
   state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
 }
 
@@ -135,7 +136,7 @@ void FirstPicture(benchmark::State& state, bool from_files, bool complete) {
     GlRenderer(scene, {}).Render(OutputCamera(*scene), scene->views[kViews / 2].cam_from_world);
   }
   PhotographStore::Counts counts;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     if (!from_files) {
       state.PauseTiming();
       fs::remove_all(dir / kPyramidFolder);
@@ -169,7 +170,8 @@ void Frame(benchmark::State& state) {
   for (const Rigid3& pose : path.cam_from_world) renderer.Draw(camera, pose);
   const std::size_t before = renderer.photograph_counts().uploads;
   std::size_t frame = 0;
-  for (auto _ : state) renderer.Draw(camera, path.cam_from_world[frame++ % path.cam_from_world.size()]);
+  for ([[maybe_unused]] auto _ : state)
+    renderer.Draw(camera, path.cam_from_world[frame++ % path.cam_from_world.size()]);
   state.counters["uploads"] = static_cast<double>(renderer.photograph_counts().uploads - before) /
                               static_cast<double>(state.iterations());
   state.counters["limit_MB"] = limit_mb;

@@ -27,7 +27,7 @@ std::vector<std::uint8_t> RandomBytes(std::size_t size) {
 void Copy(benchmark::State& state) {
   const auto bytes = RandomBytes(2 * kPixels);
   std::vector<std::uint16_t> out(kPixels);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     std::memcpy(out.data(), bytes.data(), 2 * kPixels);
     benchmark::ClobberMemory();
   }
@@ -39,7 +39,7 @@ template <void (*kUnpack)(const std::uint8_t*, std::size_t, int, std::uint16_t*)
 void Unpack(benchmark::State& state) {
   const auto bytes = RandomBytes(2 * kPixels);
   std::vector<std::uint16_t> out(kPixels);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     kUnpack(bytes.data(), kPixels, static_cast<int>(state.range(0)), out.data());
     benchmark::ClobberMemory();
   }
@@ -62,7 +62,7 @@ void FromBytes(benchmark::State& state, const char* name, std::optional<YuvEncod
     cv::imencode(".jpg", picture, bytes);
   }
   std::size_t out = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const Image image = ImageFromBytes(format, kWidth, kHeight, bytes.data(), bytes.size(), {.yuv = yuv});
     out = image.pixels.total() * image.pixels.elemSize();
     benchmark::DoNotOptimize(image.pixels.data);
@@ -86,7 +86,7 @@ void MosaicGray(benchmark::State& state) {
   const PixelFormat format = *PixelFormatByName(state.range(0) == 8 ? "BayerRG8" : "BayerRG16");
   const auto bytes = RandomBytes(ImageBytes(format, kWidth, kHeight));
   const Image mosaic = ImageFromBytes(format, kWidth, kHeight, bytes.data(), bytes.size());
-  for (auto _ : state) benchmark::DoNotOptimize(GrayForTracking(mosaic).data);
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(GrayForTracking(mosaic).data);
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * kPixels));
 }
 BENCHMARK(MosaicGray)->Arg(8)->Arg(16)->Unit(benchmark::kMillisecond);
@@ -95,7 +95,7 @@ void MosaicGrayByColors(benchmark::State& state) {
   const PixelFormat format = *PixelFormatByName(state.range(0) == 8 ? "BayerRG8" : "BayerRG16");
   const auto bytes = RandomBytes(ImageBytes(format, kWidth, kHeight));
   const Image mosaic = ImageFromBytes(format, kWidth, kHeight, bytes.data(), bytes.size());
-  for (auto _ : state) benchmark::DoNotOptimize(GrayForTracking(Demosaiced(mosaic)).data);
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(GrayForTracking(Demosaiced(mosaic)).data);
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * kPixels));
 }
 BENCHMARK(MosaicGrayByColors)->Arg(8)->Arg(16)->Unit(benchmark::kMillisecond);

@@ -140,7 +140,7 @@ struct Rounds {
 void RecordFrames(benchmark::State& state, int width, int height, int type) {
   const cv::Mat picture = Picture(width, height, type);
   const int count = static_cast<int>(1e-6 * kBytes / Megabytes(picture));
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     Rounds rounds;
     double seconds = 0;
     for (int round = 0; round < kRounds; ++round) {
@@ -169,7 +169,7 @@ void RecordViews(benchmark::State& state, int width, int height, int type) {
   const cv::Mat shown = Srgb8(FrameOf(picture, 0).image);
   const bool with_master = type != CV_8UC1;
   const int views = static_cast<int>(1e-6 * kBytes / Megabytes(picture)) / (with_master ? 1 : 4);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     Rounds rounds;
     std::vector<double> pictures_MBps, views_per_s;
     double seconds = 0, png_share = 0;
@@ -220,7 +220,7 @@ void LatencyToTracker(benchmark::State& state, int width, int height, double fps
     state.SkipWithError(why_not->c_str());
     return;
   }
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     test::ChildProcess camera({ULF_BINARY, "simulate", "studio", "--fps", fmt::format("{:g}", fps), "--loop",
                                "40", "--options",
                                fmt::format("width={}&height={}&exposure_us=1000", width, height)});

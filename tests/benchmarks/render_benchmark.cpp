@@ -128,7 +128,7 @@ void TellRatio(benchmark::State& state, const Measured& slower, const Measured& 
 // One field over another, at a number of views.
 void OverAt(benchmark::State& state, int views, const FieldOptions& slower, const FieldOptions& faster) {
   GlRenderer renderer(CapScene(views), {});
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto measured = Measure({{&renderer, slower}, {&renderer, faster}}, CapCamera(640, 480), CapPath());
     TellRatio(state, measured[0], measured[1]);
   }
@@ -146,7 +146,7 @@ void SubdivisionAgainstLinear(benchmark::State& state) { OverAt(state, 200, kSub
 
 void ManyViewsAgainstFew(benchmark::State& state) {
   GlRenderer few(CapScene(200), {}), many(CapScene(kWhole), {});
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto measured =
         Measure({{&many, kSubdivision}, {&few, kSubdivision}}, CapCamera(640, 480), CapPath());
     TellRatio(state, measured[0], measured[1]);
@@ -169,7 +169,7 @@ void PicturesASecond(benchmark::State& state, int views, const cv::Size& photogr
     return;
   }
   GlRenderer renderer(CapScene(views, photographs), {});
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     TellPictures(state, renderer, CapCamera(size.width, size.height), CapPath());
   }
   state.SetLabel(renderer.Name());
@@ -209,7 +209,7 @@ void GivenLightField(benchmark::State& state) {
       {"per_vertex", kPerVertex},      {"per_pixel", kPerPixel}};
   std::vector<Contender> contenders;
   for (const auto& [name, field] : fields) contenders.push_back({&renderer, field});
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto measured = Measure(contenders, camera, OrbitPath(*scene, 4).cam_from_world);
     for (std::size_t i = 0; i < fields.size(); ++i)
       state.counters[fmt::format("{}_ms", fields[i].first)] = measured[i].ms;
@@ -234,7 +234,7 @@ void BetweenViews(benchmark::State& state) {
     pose.translation = -(pose.rotation * center);
     path.push_back(pose);
   }
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     TellPictures(state, renderer, camera, path);
   }
   state.SetLabel(renderer.Name());
@@ -246,7 +246,8 @@ void MeshPlacement(benchmark::State& state) {
   const MeshField field(scene, static_cast<int>(state.range(1)));
   const std::vector<Rigid3> path = CapPath();
   std::size_t frame = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(field.Place(path[frame++ % path.size()].OriginInSource()));
+  for ([[maybe_unused]] auto _ : state)
+    benchmark::DoNotOptimize(field.Place(path[frame++ % path.size()].OriginInSource()));
 }
 
 void LumigraphWeightsAtVertices(benchmark::State& state) {
@@ -254,7 +255,7 @@ void LumigraphWeightsAtVertices(benchmark::State& state) {
   const CameraModel camera = CapCamera(640, 480);
   const std::vector<Rigid3> path = CapPath();
   std::size_t frame = 0, triangles = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const Rigid3& pose = path[frame++ % path.size()];
     const PlaneInCamera plane = scene->proxy->Background(pose);
     const auto depth_at = [&](const Eigen::Vector2d& img) {

@@ -98,7 +98,7 @@ void BM_BareAruco(benchmark::State& state) {
   std::vector<int> ids;
   std::size_t frame = 0;
   const Held& held = Pictures(which);
-  for (auto _ : state)
+  for ([[maybe_unused]] auto _ : state)
     cv::aruco::detectMarkers(held.frames[frame++ % kFrames], dictionary, corners, ids, parameters);
   state.SetLabel(Label(which));
 }
@@ -111,7 +111,7 @@ void BM_FindMarkerAndPose(benchmark::State& state) {
   MarkerLocator locator(held.camera, Spec(which));
   std::size_t frame = 0;
   double posed = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     posed += locator.Locate(held.frames[frame % kFrames], static_cast<double>(frame) / 30).has_value();
     ++frame;
   }
@@ -134,7 +134,7 @@ void BM_ReviewFrame(benchmark::State& state) {
   Rigid3 pose{Eigen::Quaterniond::Identity(), {0, 0, 0.5}};
   std::size_t frame = 0;
   const double start_s = ThreadCpuSeconds();
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto found = locator.Locate(held.frames[frame % kFrames], static_cast<double>(frame) / 30);
     if (found) pose = found->cam_from_world;
     renderer.Draw(camera, mouse.CamFromWorld(pose), drawn);

@@ -28,13 +28,13 @@ void CaptureFrame(benchmark::State& state, SensorFormat format, int width, doubl
   const SimulatedCamera camera(options);
   const double open_s = MomentWithBlur(camera, blur_px);
   std::uint64_t id = 0;
-  for (auto _ : state)
+  for ([[maybe_unused]] auto _ : state)
     benchmark::DoNotOptimize(camera.Capture({.open_s = open_s, .format = format, .id = id++}));
   state.counters["blur_px"] = camera.BlurPx(open_s, 0.005);
 }
 
 void BuildScene(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(Scene::Named("studio"));
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(Scene::Named("studio"));
 }
 
 BENCHMARK(BuildScene)->Unit(benchmark::kMillisecond)->Iterations(1);

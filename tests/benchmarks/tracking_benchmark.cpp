@@ -34,19 +34,21 @@ void BM_CvOrb1000(benchmark::State& state) {
   const auto orb = cv::ORB::create(1000);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
-  for (auto _ : state) orb->detectAndCompute(Picture(3), cv::noArray(), keypoints, descriptors);
+  for ([[maybe_unused]] auto _ : state)
+    orb->detectAndCompute(Picture(3), cv::noArray(), keypoints, descriptors);
 }
 BENCHMARK(BM_CvOrb1000)->Unit(benchmark::kMillisecond);
 
 void BM_Pyramid(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(BuildPyramid(Picture(3)));
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(BuildPyramid(Picture(3)));
 }
 BENCHMARK(BM_Pyramid)->Unit(benchmark::kMillisecond);
 
 void BM_Features(benchmark::State& state) {
   FeatureExtractor extractor(TexturedRoom::Camera());
   const Pyramid pyramid = BuildPyramid(Picture(3));
-  for (auto _ : state) benchmark::DoNotOptimize(extractor.Extract(pyramid, static_cast<int>(state.range(0))));
+  for ([[maybe_unused]] auto _ : state)
+    benchmark::DoNotOptimize(extractor.Extract(pyramid, static_cast<int>(state.range(0))));
 }
 BENCHMARK(BM_Features)->Arg(1000)->Arg(2000)->Unit(benchmark::kMillisecond);
 
@@ -57,7 +59,7 @@ void BM_MatchAll1000x1000(benchmark::State& state) {
   std::vector<int> a(static_cast<std::size_t>(first.size())), b(static_cast<std::size_t>(second.size()));
   for (int i = 0; i < first.size(); ++i) a[static_cast<std::size_t>(i)] = i;
   for (int i = 0; i < second.size(); ++i) b[static_cast<std::size_t>(i)] = i;
-  for (auto _ : state) benchmark::DoNotOptimize(MatchAll(first, a, second, b));
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(MatchAll(first, a, second, b));
 }
 BENCHMARK(BM_MatchAll1000x1000)->Unit(benchmark::kMillisecond);
 
@@ -78,7 +80,7 @@ void BM_AlignPatch(benchmark::State& state) {
     if (patch && axes) jobs.push_back({*patch, *axes, feature});
   }
   std::size_t next = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const Job& job = jobs[next++ % jobs.size()];
     benchmark::DoNotOptimize(AlignPatch(camera, job.patch, job.axes, job.feature.ray, Rigid3{}, pyramid,
                                         job.feature.img + Eigen::Vector2d(0.7, -0.4)));
@@ -107,7 +109,7 @@ void BM_GatherCandidatesNear(benchmark::State& state) {
     seen_before.emplace(point.id, Eigen::Vector2d(0, 0));
   }
   int sweep = 0;
-  for (auto _ : state)
+  for ([[maybe_unused]] auto _ : state)
     benchmark::DoNotOptimize(GatherCandidatesNear(map, camera, Rigid3{}, seen_before, sweep));
 }
 BENCHMARK(BM_GatherCandidatesNear)->Arg(4000)->Arg(40000)->Arg(400000)->Unit(benchmark::kMicrosecond);
@@ -117,13 +119,14 @@ void BM_RefinePose(benchmark::State& state) {
   Eigen::Matrix<double, 6, 1> twist;
   twist << 0.003, -0.002, 0.001, 0.004, -0.003, 0.005;
   const Rigid3 start = Perturbed(scene.cam_from_world, twist);
-  for (auto _ : state) benchmark::DoNotOptimize(RefinePose(test::SceneCamera(), scene.matches, start));
+  for ([[maybe_unused]] auto _ : state)
+    benchmark::DoNotOptimize(RefinePose(test::SceneCamera(), scene.matches, start));
 }
 BENCHMARK(BM_RefinePose)->Arg(400)->Unit(benchmark::kMillisecond);
 
 void BM_AbsolutePose(benchmark::State& state) {
   const auto scene = test::MakeAbsoluteScene(300, 1, 0.01 * static_cast<double>(state.range(0)), 1);
-  for (auto _ : state)
+  for ([[maybe_unused]] auto _ : state)
     benchmark::DoNotOptimize(AbsolutePose(test::SceneCamera(), scene.matches, {.max_iterations = 2000}));
 }
 BENCHMARK(BM_AbsolutePose)
@@ -135,7 +138,8 @@ BENCHMARK(BM_AbsolutePose)
 
 void BM_RelativePose(benchmark::State& state) {
   const auto scene = test::MakeRelativeScene(700, test::Shape::kDeep, 0.8, 0.3, 0.2, 1);
-  for (auto _ : state) benchmark::DoNotOptimize(RelativePose(scene.pairs, {.focal_px = 525}));
+  for ([[maybe_unused]] auto _ : state)
+    benchmark::DoNotOptimize(RelativePose(scene.pairs, {.focal_px = 525}));
 }
 BENCHMARK(BM_RelativePose)->Unit(benchmark::kMillisecond);
 
@@ -157,7 +161,7 @@ void BM_TrackedFrame(benchmark::State& state) {
   };
   while (k < 126) step();
   std::vector<double> frame_s, orb_s;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     frame_s.push_back(step().cpu_s);
     state.SetIterationTime(frame_s.back());
     const double start_s = ThreadCpuSeconds();
@@ -235,7 +239,7 @@ void BM_RelocalizeAmong1000Keyframes(benchmark::State& state) {
   const FrameLocator locator(large.camera, large.shared, 1000);
   std::size_t next = 0, found = 0, asked = 0;
   const double start_s = ThreadCpuSeconds();
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const std::size_t i = next++ % large.lost.size();
     const TrackedImage image{0, large.lost[i], large.lost_features[i]};
     const auto located = locator.Find(image, large.index, 1);

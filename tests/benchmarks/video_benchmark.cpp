@@ -62,7 +62,7 @@ void FullHdH264(benchmark::State& state) {
   test::WriteVideo(file, Sample());
   std::vector<double> ratios, ms;
   double ours_off = 0, opencv_off = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const double begin_s = CpuSeconds();
     int opencv = 0;
     cv::VideoCapture capture(file, cv::CAP_FFMPEG);

@@ -119,7 +119,7 @@ void Drag(benchmark::State& state, const Dragged& dragged) {
   for (int i = 0; i < 60; ++i) move();  // what is seen is in memory then
   const auto start = Clock::now();
   int frames = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     move();
     ++frames;
   }
@@ -133,7 +133,7 @@ void Drag(benchmark::State& state, const Dragged& dragged) {
 void FirstPicture(benchmark::State& state) {
   const std::string dir = LightFieldOf800().string();
   const test::ScratchFolder scratch;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto result = test::RunUlf("view " + dir + " --json --screenshot " + (scratch / "a.png").string());
     if (result.exit_code != 0) {
       state.SkipWithError(result.errors.c_str());

@@ -140,7 +140,7 @@ double OracleBoundPx(const CriterionView& recorded, const CriterionView& candida
   double step = 2 * largest_angle * recorded.fx / options.rings;
   while (step > 0.01) {
     bool better = false;
-    const Vector2d around = worst_img;
+    const Vector2d around(worst_img.x(), worst_img.y());  // look_at() moves worst_img
     for (int k = 0; k < 12; ++k) {
       const double angle = 2 * M_PI * k / 12;
       better |= look_at(around + step * Vector2d(std::cos(angle), std::sin(angle)));

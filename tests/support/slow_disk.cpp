@@ -104,6 +104,8 @@ bool HangingDisk::GaveUp() const {
 
 }  // namespace ulf::test
 
+// The linker's names for what it wraps.
+// NOLINTBEGIN(bugprone-reserved-identifier)
 extern "C" {
 ssize_t __real_write(int descriptor, const void* bytes, size_t size);
 int __real_fsync(int descriptor);
@@ -154,3 +156,4 @@ int __wrap_unlink(const char* path) {
   return __real_unlink(path);
 }
 }
+// NOLINTEND(bugprone-reserved-identifier)

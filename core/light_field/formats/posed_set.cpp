@@ -377,7 +377,7 @@ Eigen::Quaterniond NearestRotation(const Eigen::Matrix3d& matrix, const std::str
                                    const std::string& what) {
   constexpr double kMostScale = 1e-3;
   PoseRotations rotations;
-  const Eigen::Quaterniond rotation = rotations.Read(matrix, where, what);
+  Eigen::Quaterniond rotation = rotations.Read(matrix, where, what);
   if (std::abs(rotations.scale() - 1) > kMostScale)
     throw Error("{}: {} is not a rotation but scaled by {:.4g}; export the set again", where, what,
                 rotations.scale());

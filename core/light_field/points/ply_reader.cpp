@@ -134,8 +134,8 @@ void Body::Skip(const Element& element) {
   if (element.properties.empty()) return;
   for (std::size_t i = 0; i < element.count; ++i)
     for (const Property& property : element.properties) {
-      const double count = Count(property);
-      for (double k = 0; k < count; ++k) Next(property.type);
+      double left = Count(property);
+      while (left-- > 0) Next(property.type);
     }
 }
 

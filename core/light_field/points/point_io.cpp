@@ -56,8 +56,8 @@ void Take(const ply::Property& property, ply::Body& body, ScenePoint& point) {
   static constexpr std::array<std::array<std::string_view, 2>, 3> kColors{
       {{"red", "r"}, {"green", "g"}, {"blue", "b"}}};
   static constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
-  const double count = body.Count(property);
-  for (double k = 0; k < count; ++k) {
+  double left = body.Count(property);
+  while (left-- > 0) {
     const double value = body.Next(property.type);
     if (property.count_type) continue;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -152,7 +152,7 @@ StoredPoints PointsFromBytes(std::string_view bytes, const LightField& light_fie
   if (ChecksumOf(bytes) != checksum) return {"it is damaged", {}, {}};
   bytes.remove_prefix(sizeof kPointsMagic);
 
-  const StoredPoints inconsistent{"its content is inconsistent", {}, {}};
+  StoredPoints inconsistent{"its content is inconsistent", {}, {}};
   StoredPoints stored;
   ByteReader in(bytes);
   constexpr std::size_t kViewBytes = 12, kPointBytes = 31, kSeenBytes = 12;
