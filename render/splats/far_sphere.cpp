@@ -163,7 +163,7 @@ std::size_t AddBackdrop(const std::vector<SplatView>& views, std::size_t most, G
   constexpr int kAcross = 40, kGrown = 8, kStep = 8;  // cells of 2 degrees; 18 degrees beyond what is shown
   FarSphere sphere = SphereAround(views, gaussians);
   sphere.radius *= kBeyond;
-  // What hides it in one view is not its colour, if another shows it.
+  // Pixels that show something nearer tell a colour only where no view sees past it.
   FarCells cells = CellsOf(views, sphere, kAcross, true, kStep);
   cells.merge(CellsOf(views, sphere, kAcross, false, kStep));
   for (int i = 0; i < kGrown; ++i) Grow(cells, kAcross);
