@@ -6,8 +6,8 @@
 // nx ny nz is the surface's normal, which readers ignore.
 //
 // glTF 2.0 with KHR_gaussian_splatting as its release candidate of 2026 stands (KhronosGroup/glTF): points
-// with the attributes KHR_gaussian_splatting:ROTATION, SCALE (standard deviations; logarithms in drafts of
-// 2025), OPACITY and SH_DEGREE_l_COEF_n, all floats; COLOR_0 for programs that show points alone. Numbers
+// with the attributes KHR_gaussian_splatting:ROTATION, SCALE (standard deviations; logarithms in earlier
+// drafts), OPACITY and SH_DEGREE_l_COEF_n, all floats; COLOR_0 for programs that show points alone. Numbers
 // have glTF's axes, y up, because programs that turn a node do not turn harmonics; "extras" of the node hold
 // the turn.
 #pragma once

@@ -62,7 +62,7 @@ LightField ReadWithoutPhotographs(const fs::path& source) {
     case SetFormat::kOpenMvg:
     case SetFormat::kGaussian:
       return InOrderOfNames(ReadPosedSet(source, formats.front(), kNoPhotographs).light_field);
-    default:  // others do not say how large the pictures are
+    default:  // the readers of others open the photographs
       return InOrderOfNames(ReadPosedSet(source, formats.front(), {}).light_field);
   }
 }
