@@ -18,7 +18,7 @@ using Eigen::Vector2f;
 using Eigen::Vector3f;
 
 // Steps of two maps together within which they say the same; else one sees through the other. Settled on
-// Herz-Jesus-P8.
+// Herz-Jesus-P8, fountain-P11 and temple_ring.
 constexpr float kAgreeing = 0.5f;
 constexpr float kLeastFacing = 0.1f;  // cosine of the angle under which a view sees a surface
 constexpr float kFlatCell = 1;        // steps by which the surface may leave a cell's plane at its corners
